@@ -90,15 +90,15 @@ def run(runs: list[ComparedRun], options: Options, context: RunContext | None = 
     models = distinct_models(runs)
     comparisons: list[Comparison] = []
     with progress_bar("common draws") as bar:
-        for one in models:
-            name = names[one.entry.folder] if len(models) > 1 else ""
+        for compared in models:
+            name = names[compared.entry.folder] if len(models) > 1 else ""
             comparisons.append(
                 judged(
                     runs,
                     options.samples,
                     options.seed,
                     bar,
-                    judge=one.model,
+                    judge=compared.model,
                     judge_name=name,
                 )
             )

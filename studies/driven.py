@@ -126,17 +126,17 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     for row, vehicle in enumerate(study.vehicles):
         mean = measured["today"][:, row].mean(axis=0)
         for peak in booming_peaks(mean, frequency, order):
-            found = {s: _at_peak(measured[s][:, row], frequency, peak.frequency) for s in STATES}
+            level_of = {s: _at_peak(measured[s][:, row], frequency, peak.frequency) for s in STATES}
             old, new = _at_peak(predicted[:, row], frequency, peak.frequency)
             spread = np.diff(_at_peak(drawn[:, :, row], frequency, peak.frequency), axis=1)
-            change = float(found["new"].mean() - found["today"].mean())
-            limits = (_half_width(*found.values()), 1.96 * float(spread.std(ddof=1)))
+            change = float(level_of["new"].mean() - level_of["today"].mean())
+            limits = (_half_width(*level_of.values()), 1.96 * float(spread.std(ddof=1)))
             allowed = float(np.hypot(*np.nan_to_num(limits)))
             rows.append(
                 {
                     "vehicle": vehicle,
                     "frequency [Hz]": peak.frequency,
-                    "measured today [dB(A)]": float(found["today"].mean()),
+                    "measured today [dB(A)]": float(level_of["today"].mean()),
                     "predicted today [dB(A)]": float(old),
                     "measured change [dB]": change,
                     "± measured [dB]": limits[0],
@@ -179,6 +179,6 @@ def _half_width(first: RealArray, second: RealArray) -> float:
     degrees = len(first) + len(second) - 2
     if degrees < 1:
         return float("nan")
-    squares = sum(float(((one - one.mean()) ** 2).sum()) for one in (first, second))
+    squares = sum(float(((levels - levels.mean()) ** 2).sum()) for levels in (first, second))
     error = np.sqrt(squares / degrees * (1 / len(first) + 1 / len(second)))
     return float(t.ppf(0.975, degrees) * error)

@@ -72,17 +72,16 @@ def prepare(options: Options) -> Model:
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Evaluate, correlate and report."""
     del context  # nothing here is long enough to be resumed
-    asked = options
     study = correlation_study(
         model.runs,
         model.index,
-        DoeRequest(asked.plan, asked.designs, asked.seed, asked.generators, asked.table),
-        half_width=asked.bounds,
-        tolerance=asked.tolerance,
-        draws=asked.draws,
-        resamples=asked.resamples,
-        cut=asked.cut,
+        DoeRequest(options.plan, options.designs, options.seed, options.generators, options.table),
+        half_width=options.bounds,
+        tolerance=options.tolerance,
+        draws=options.draws,
+        resamples=options.resamples,
+        cut=options.cut,
     )
-    report = correlation_report(study, asked.apart)
+    report = correlation_report(study, options.apart)
     report_runs(report, model.runs)
     return report

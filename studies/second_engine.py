@@ -200,7 +200,11 @@ class SecondEngine:
 
     def mount_of(self, name: str) -> CharacterisedMount:
         """Return the mount of a direction."""
-        return next(one for one in self.mounts if one.mount.name == name.rpartition(" ")[0])
+        return next(
+            candidate
+            for candidate in self.mounts
+            if candidate.mount.name == name.rpartition(" ")[0]
+        )
 
     @property
     def input_files(self) -> tuple[Path, ...]:
@@ -279,7 +283,7 @@ def mounts_of_library(
     """Take the mounts of one variant from a library; InputError: none, or of several campaigns."""
     with open_library(library) as opened:
         identities = opened.identities(variant=mount_set, campaign=campaign)
-        campaigns = sorted({one.campaign for one in identities})
+        campaigns = sorted({identity.campaign for identity in identities})
         if not identities:
             raise InputError(f"{opened.name}: no mount fits; `deboom library list` shows them all")
         if len(campaigns) > 1:
@@ -287,7 +291,7 @@ def mounts_of_library(
                 f"{opened.name}: mount set {mount_set} is there from the campaigns "
                 f"{', '.join(campaigns)}: choose one"
             )
-        return tuple(opened.load(one) for one in identities)
+        return tuple(opened.load(identity) for identity in identities)
 
 
 def _second_engine(
@@ -305,15 +309,17 @@ def _second_engine(
     """
     begin = time.perf_counter()
     campaign = read_campaign(folder, (mount_set,))
-    known = {one.mount.name for one in mounts}
-    missing = [one.name for one in campaign.mounts if one.name not in known]
+    characterised = {entry.mount.name for entry in mounts}
+    missing = [entry.name for entry in campaign.mounts if entry.name not in characterised]
     if missing:
         raise InputError(
             f"campaign {campaign.name} has the mounts {missing}, which are not among the "
-            f"characterised ones, {sorted(known)}: characterise them, or name them alike"
+            f"characterised ones, {sorted(characterised)}: characterise them, or name them alike"
         )
     runs = training_runs(campaign, mount_set, how)
-    carried = tuple(one for one in mounts if one.mount.name in {m.name for m in campaign.mounts})
+    carried = tuple(
+        entry for entry in mounts if entry.mount.name in {m.name for m in campaign.mounts}
+    )
     predictions: dict[str, Prediction] = {}
     chains = measuring_chains(campaign, how)
     bodies = [chain.alignment.body for chain in chains]
@@ -324,7 +330,7 @@ def _second_engine(
         loaded = maps[f"{mount.mount.name} {main_axis(mount)}"]
         measured = loaded.preload(Preload.STATIC_FORCE)
         preload = smooth_static_force(measured, loaded.frequency, loaded.run)
-        for axis in (one.axis for one in mount.directions if one.surface is not None):
+        for axis in (entry.axis for entry in mount.directions if entry.surface is not None):
             name = f"{mount.mount.name} {axis}"
             if name not in maps:
                 continue
@@ -354,18 +360,18 @@ def _static_prediction(
     From the wheel torque and the suppliers' curves, with the mounts where the second powertrain
     has them; empty if a mount has no curve for an axis.
     """
-    carrying = [one for one in mounts if one.mount.name in campaign.powertrain_mounts]
+    carrying = [entry for entry in mounts if entry.mount.name in campaign.powertrain_mounts]
     if not carrying or any(
-        direction.static_curve is None for one in carrying for direction in one.directions
+        direction.static_curve is None for entry in carrying for direction in entry.directions
     ):
         return {}
-    of_campaign = {one.name: one for one in campaign.mounts}
+    of_campaign = {entry.name: entry for entry in campaign.mounts}
     moved = []
-    for one in carrying:
-        there = of_campaign[one.mount.name]
-        placed = replace(one.mount, positions=there.positions, rotations=there.rotations)
-        moved.append(replace(one, mount=placed))
-    by_name = {one.mount.name: one for one in moved}
+    for entry in carrying:
+        new_place = of_campaign[entry.mount.name]
+        placed = replace(entry.mount, positions=new_place.positions, rotations=new_place.rotations)
+        moved.append(replace(entry, mount=placed))
+    by_name = {entry.mount.name: entry for entry in moved}
     names = [name for name in maps if name.rpartition(" ")[0] in by_name]
     torque = maps[names[0]].wheel_torque
     model = library_model(moved)
@@ -427,20 +433,20 @@ def append_second_engine(report: Report, first: SecondEngine) -> None:
     """Report the forces of another engine."""
     numbers = engine_numbers(first)
     forces = _force_table(numbers)
-    found = forces[forces["identified"] == "identified"]
+    identified = forces[forces["identified"] == "identified"]
     report.summary |= _second_summary(first, numbers)
     report.warn(*first.alarms)
-    if len(found):
+    if len(identified):
         report.tile(
-            f"{found['rms error of F [%]'].median():.1f} %",
+            f"{identified['rms error of F [%]'].median():.1f} %",
             "rms error of a second engine's force, median over the identified directions",
         )
-    if len(found) < len(forces):
+    if len(identified) < len(forces):
         report.warn(
             "A direction that is not identified was measured with an error that its error budget "
             "puts beyond use; the forces of a second engine in it prove nothing."
         )
-    known_from = ", ".join(sorted({one.identity.campaign for one in first.mounts}))
+    known_from = ", ".join(sorted({entry.identity.campaign for entry in first.mounts}))
     report.section(
         "A second engine",
         f"Mounts characterised in {known_from} carry another engine in {first.campaign.name}, of "
@@ -500,8 +506,10 @@ def _force_table(numbers: pd.DataFrame) -> pd.DataFrame:
         "rms error of K against truth [%]": 100 * numbers["truth_error"],
         "static force, model against cells [N]": numbers["static_difference"],
     }
-    known = np.where(numbers["identified"] > 0.5, "identified", "not identified")
-    table = pd.DataFrame({"direction": numbers["direction"], "identified": known, **columns})
+    is_identified = np.where(numbers["identified"] > 0.5, "identified", "not identified")
+    table = pd.DataFrame(
+        {"direction": numbers["direction"], "identified": is_identified, **columns}
+    )
     return table.dropna(axis="columns", how="all")
 
 
@@ -531,6 +539,6 @@ def _shown_runs(engine: SecondEngine, lines: OperatingMap) -> list[str]:
     """Labels of the runs with the highest torque in each gear; of a mount's pieces the first."""
     labels = list(dict.fromkeys(str(label) for label in lines.run))
     piece = labels[0].partition(" ")[2] if labels else ""
-    runs = sorted(engine.campaign.runs, key=lambda one: (one.full_load, one.torque_limit))
-    labelled = [(one.gear, " ".join(filter(None, (one.name, piece)))) for one in runs]
+    runs = sorted(engine.campaign.runs, key=lambda run: (run.full_load, run.torque_limit))
+    labelled = [(run.gear, " ".join(filter(None, (run.name, piece)))) for run in runs]
     return list({gear: label for gear, label in labelled if label in labels}.values())

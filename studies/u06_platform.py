@@ -141,7 +141,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     parts["Sensitivity"] = sensitivity_report(ranked)
     names = _names(parts)
 
-    group = ", ".join(dict.fromkeys(one.group for one in runs.fleet.vehicles))
+    group = ", ".join(dict.fromkeys(vehicle.group for vehicle in runs.fleet.vehicles))
     report = Report(
         f"{platform.title}: one study",
         "Which vehicles go together, which mount stiffnesses make those of group "
@@ -187,10 +187,10 @@ def _names(parts: Mapping[str, Report]) -> dict[str, dict[str, str]]:
         part = parts[name]
         new[name] = dict.fromkeys(SAME_DOE, "") if name == "Vehicles" else {}
         kinds: list[set[str]] = [set(part.tables), set(part.pictures), set(part.summary)]
-        for known, kind in zip(taken, kinds, strict=True):
-            doubled = (known & kind) - new[name].keys()
+        for names, kind in zip(taken, kinds, strict=True):
+            doubled = (names & kind) - new[name].keys()
             new[name] |= {key: prefix + key for key in doubled}
-            known |= kind - new[name].keys()
+            names |= kind - new[name].keys()
     return new
 
 

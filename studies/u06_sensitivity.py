@@ -71,7 +71,7 @@ def run(runs: Runs, options: Options, context: RunContext | None = None) -> Repo
     if index.motion is not Motion.prescribed:
         prescribed = MotionOptions(Motion.prescribed).model(runs)
     with progress_bar("sensitivity") as bar:
-        found = sensitivity(runs.platform, index, plan, bar, prescribed=prescribed)
-    report = sensitivity_report(found)
+        analysis = sensitivity(runs.platform, index, plan, bar, prescribed=prescribed)
+    report = sensitivity_report(analysis)
     report_runs(report, runs)
     return report

@@ -76,8 +76,8 @@ def checked_array(
         for word, length in zip(words, shape, strict=False)
     ]
     if len(words) != len(shape) or wanted != list(shape):
-        asked = ", ".join(str(sizes.get(word, word)) for word in words)
-        raise InputError(f"{item}: shape ({asked}) is needed, not {array.shape}")
+        axes_wanted = ", ".join(str(sizes.get(word, word)) for word in words)
+        raise InputError(f"{item}: shape ({axes_wanted}) is needed, not {array.shape}")
     if finite and array.dtype.kind in "fc" and not np.all(np.isfinite(array)):
         where = tuple(int(index) for index in np.argwhere(~np.isfinite(array))[0])
         raise InputError(f"{item}: a number is not finite at index {where}")

@@ -251,7 +251,7 @@ class Objective:
         except ValueError:
             raise InputError(
                 f"there is no statistic '{self.statistic}': take "
-                f"{', '.join(one.value for one in Statistic)}"
+                f"{', '.join(statistic.value for statistic in Statistic)}"
             ) from None
         if (self.above is not None) != (self.statistic is Statistic.SHARE_ABOVE):
             raise InputError(

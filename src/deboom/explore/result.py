@@ -295,7 +295,7 @@ class Front(Tabled):
         if self.robust.n_objectives == 2:
             kept = None if self.rise is None else self.rise(self.values.designs) <= RISEN
             return pick(self.values, self.baseline, kept)
-        names = [one.name for one in self.robust.objectives]
+        names = [objective.name for objective in self.robust.objectives]
         return pick_of_any(self.values, names, self.baseline)
 
     @cached_property
@@ -613,7 +613,7 @@ def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) ->
     >>> deboom.compare(front, front).verdict.value
     'not decided'
     """
-    names = [(one.variables, one.responses) for one in (first, second)]
+    names = [(side.variables, side.responses) for side in (first, second)]
     if names[0] != names[1]:
         raise InputError(f"fronts of {names[0]} and {names[1]} do not compare: search both alike")
     judges = common_judges(first.robust, draws, seed)

@@ -313,8 +313,8 @@ class Robust:
         if not numbers:
             return None
         today = np.full(len(numbers), np.nan)
-        if any("today" in (one.at_most, one.at_least) for one in numbers):
-            wanted = tuple(one.objective for one in numbers)
+        if any("today" in (entry.at_most, entry.at_least) for entry in numbers):
+            wanted = tuple(entry.objective for entry in numbers)
             today = self._numbers(self.space.nominal, wanted)
         bounds = []
         for limit, value in zip(numbers, today, strict=True):
@@ -340,7 +340,9 @@ class Robust:
     @property
     def objective_labels(self) -> tuple[str, ...]:
         """Name and unit of each objective, ``name [unit]``."""
-        return tuple(f"{one.name} [{self.unit_of(one)}]" for one in self.objectives)
+        return tuple(
+            f"{objective.name} [{self.unit_of(objective)}]" for objective in self.objectives
+        )
 
     @property
     def n_objectives(self) -> int:
@@ -452,8 +454,8 @@ class Robust:
             if self.nominal_mean:
                 mean, mean_error = responses(self.evaluate, design[None, :])[0], 0.0
             objectives = [
-                self._number(one, design, made, values, mean, sigma)
-                for one in (*self.objectives, *limited)
+                self._number(entry, design, made, values, mean, sigma)
+                for entry in (*self.objectives, *limited)
             ]
         except Exception as error:
             return failed, said(error)
@@ -464,7 +466,7 @@ class Robust:
 
     def _number(
         self,
-        one: Objective,
+        objective: Objective,
         design: RealArray,
         made: RealArray,
         values: RealArray,
@@ -472,22 +474,22 @@ class Robust:
         sigma: RealArray,
     ) -> float:
         """Return one number of a design whose responses and their moments are there."""
-        if one.response is None:
-            return one(values, mean, sigma, self.weights)
-        if isinstance(one.response, str):
-            at = [tuple(self.evaluate.response_names).index(one.response)]
-            return one(values[:, at], mean[at], sigma[at])
-        of_designs = hasattr(one.response, "variable_names")
+        if objective.response is None:
+            return objective(values, mean, sigma, self.weights)
+        if isinstance(objective.response, str):
+            at = [tuple(self.evaluate.response_names).index(objective.response)]
+            return objective(values[:, at], mean[at], sigma[at])
+        of_designs = hasattr(objective.response, "variable_names")
         given = np.array(made) if of_designs else np.array(values)
-        column = np.asarray(one.response(given), dtype=float)
+        column = np.asarray(objective.response(given), dtype=float)
         if column.size != len(values):
             raise InputError(
-                f"the objective '{one.name}' gave an array of shape {column.shape} for "
+                f"the objective '{objective.name}' gave an array of shape {column.shape} for "
                 f"{len(values)} draws: return one number for each"
             )
         column = column.reshape(-1, 1)
         moments = self.prepared(design).moments(column)
-        return one(column, moments.mean, moments.sigma)
+        return objective(column, moments.mean, moments.sigma)
 
     def _numbers(self, design: RealArray, numbers: Sequence[Objective]) -> RealArray:
         """Return numbers of a design that does not fail, shape (n,)."""
@@ -496,7 +498,9 @@ class Robust:
         mean, sigma = moments.mean, moments.sigma
         if self.nominal_mean:
             mean = responses(self.evaluate, design[None, :])[0]
-        return np.array([self._number(one, design, made, values, mean, sigma) for one in numbers])
+        return np.array(
+            [self._number(objective, design, made, values, mean, sigma) for objective in numbers]
+        )
 
 
 @checked(of_response="m r", rest="r", of_sum="m")

@@ -321,16 +321,16 @@ def _seeded_pymoo(seed: int) -> Iterator[None]:
 
 def _seconds_before(checkpoint: Store | None, facts: Mapping[str, Any]) -> float:
     """Wall time of the parts of a search before this one; refuses those of another search."""
-    known = checkpoint.load() if checkpoint is not None else None
-    if known is None:
+    facts_before = checkpoint.load() if checkpoint is not None else None
+    if facts_before is None:
         return 0.0
     for name, value in facts.items():
-        if known.get(name) != value:
+        if facts_before.get(name) != value:
             raise InputError(
-                f"what was kept belongs to {name} {known.get(name)!r}, not {value!r}: "
+                f"what was kept belongs to {name} {facts_before.get(name)!r}, not {value!r}: "
                 "go on with the former or start anew"
             )
-    return float(known["seconds"])
+    return float(facts_before["seconds"])
 
 
 class _Archive(Around):

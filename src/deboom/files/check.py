@@ -197,17 +197,17 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
     for sentence in _alarms(cross_stiffness_of_runs(platform.mounts, platform.load_cases)):
         yield "ALARM", sentence
     for group in groups:
-        names = [one.name for one in platform.fleet.vehicles if one.group == group]
+        names = [entry.name for entry in platform.fleet.vehicles if entry.group == group]
         yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"
     yield (
         "lines",
         f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz, "
         + (f"every {steps.mean():.4g} Hz" if even else "unevenly spaced"),
     )
-    for one in platform.load_cases:
-        default = " (default)" if one.name == platform.default_load_case else ""
-        torque = "with engine torque" if one.engine_torque is not None else "no engine torque"
-        yield "load case", f"{one.name}{default}: {one.title}; gear {one.gear}, {torque}"
+    for entry in platform.load_cases:
+        default = " (default)" if entry.name == platform.default_load_case else ""
+        torque = "with engine torque" if entry.engine_torque is not None else "no engine torque"
+        yield "load case", f"{entry.name}{default}: {entry.title}; gear {entry.gear}, {torque}"
     yield (
         "band",
         f"{inside.size} lines in {band[0]:g} to {band[1]:g} Hz: {rpm[0]:.0f} to {rpm[1]:.0f} rpm "

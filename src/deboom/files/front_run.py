@@ -289,7 +289,7 @@ class SupplierStudy:
     @cached_property
     def directions(self) -> tuple[Direction, ...]:
         """All stiffness factors, in the order of the design."""
-        found = []
+        directions = []
         names = self.space.names
         for mount in self.platform.mounts:
             for name, axis in zip(mount.variables, AXES, strict=True):
@@ -301,8 +301,10 @@ class SupplierStudy:
                 column = names.index(name)
                 loss = names.index(name + LOSS) if name + LOSS in names else None
                 part = self.runs.characterised(mount.name, axis)
-                found.append(Direction(mount, axis, column, loss, part, self._need(name, column)))
-        return tuple(found)
+                directions.append(
+                    Direction(mount, axis, column, loss, part, self._need(name, column))
+                )
+        return tuple(directions)
 
     @cached_property
     def check(self) -> Robust:
@@ -317,10 +319,10 @@ class SupplierStudy:
         InputError
             No such mount.
         """
-        known = [one.name for one in self.platform.mounts]
-        if mount is not None and mount not in known:
+        names = [carrier.name for carrier in self.platform.mounts]
+        if mount is not None and mount not in names:
             raise InputError(
-                f"run {self.run.entry.folder} has no mount '{mount}': use {', '.join(known)}"
+                f"run {self.run.entry.folder} has no mount '{mount}': use {', '.join(names)}"
             )
         return tuple(d for d in self.directions if mount in (None, d.mount.name))
 

@@ -564,9 +564,9 @@ def read_sets(
     - raises InputError: the file is missing, empty, not UFF, truncated or damaged.
     """
     file = _opened(path)
-    there = [int(kind) for kind in file.get_set_types()]
-    sets = [_content(path, index, file) for index, kind in enumerate(there) if kind in kinds]
-    return tuple(sets), _scale(path, file, there)
+    sets_in_file = [int(kind) for kind in file.get_set_types()]
+    sets = [_content(path, index, file) for index, kind in enumerate(sets_in_file) if kind in kinds]
+    return tuple(sets), _scale(path, file, sets_in_file)
 
 
 @contextlib.contextmanager

@@ -108,38 +108,40 @@ class Comparison:
     @cached_property
     def box(self) -> CommonBox:
         """Of all fronts."""
-        return common_box([one.objectives for one in self.fronts])
+        return common_box([judged.objectives for judged in self.fronts])
 
     @cached_property
     def groups(self) -> dict[str, list[JudgedRun]]:
         """Runs by configuration."""
-        found: dict[str, list[JudgedRun]] = {}
-        for one in self.fronts:
-            found.setdefault(one.name, []).append(one)
-        return found
+        groups: dict[str, list[JudgedRun]] = {}
+        for judged in self.fronts:
+            groups.setdefault(judged.name, []).append(judged)
+        return groups
 
     @cached_property
     def hypervolumes(self) -> dict[str, RealArray]:
         """By configuration: share of the box, shape (n_runs, n_sets) [1]."""
         return {
-            name: np.array([[self.box.hypervolume(front) for front in one.by_set] for one in runs])
+            name: np.array(
+                [[self.box.hypervolume(front) for front in judged.by_set] for judged in runs]
+            )
             for name, runs in self.groups.items()
         }
 
-    def progress(self, one: JudgedRun) -> float:
+    def progress(self, judged: JudgedRun) -> float:
         """Return what a search's last fifth has gained, as a share of the box; NaN: unknown.
 
         A gain beyond the box counts as well, but no more than the whole front is worth.
         """
-        gained = self.box.share(last_gain(one.run.front.convergence))
-        return float(np.minimum(gained, self.box.hypervolume(one.objectives)))
+        gained = self.box.share(last_gain(judged.run.front.convergence))
+        return float(np.minimum(gained, self.box.hypervolume(judged.objectives)))
 
     @cached_property
     def contestants(self) -> dict[str, Contestant]:
         """Configurations with all that is known of their chance."""
         return {
             name: Contestant(
-                name, self.hypervolumes[name], np.array([self.progress(one) for one in runs])
+                name, self.hypervolumes[name], np.array([self.progress(judged) for judged in runs])
             )
             for name, runs in self.groups.items()
         }
@@ -163,10 +165,10 @@ class Comparison:
         if len({run.run.configuration for run in self.fronts}) == 1:
             return False
         both = [
-            (coverage(one, other), coverage(other, one))
+            (coverage(front, other), coverage(other, front))
             for run in self.groups[first]
             for rival in self.groups[second]
-            for one, other in zip(run.by_set, rival.by_set, strict=True)
+            for front, other in zip(run.by_set, rival.by_set, strict=True)
         ]
         return all(a == 1.0 > b for a, b in both) or all(b == 1.0 > a for a, b in both)
 
@@ -180,13 +182,19 @@ class Comparison:
         """Which front is best, and which cannot be told from it, in a sentence."""
         best = self.best
         pairs = {
-            (set(pair) - {best}).pop(): found for pair, found in self.pairs.items() if best in pair
+            (set(pair) - {best}).pop(): judged_pair
+            for pair, judged_pair in self.pairs.items()
+            if best in pair
         }
-        verdicts = {found.verdict for found in pairs.values()}
+        verdicts = {judged_pair.verdict for judged_pair in pairs.values()}
         if verdicts == {FrontVerdict.real}:
             rest = next(iter(pairs)) if len(pairs) == 1 else "all others"
             return f"{best} is really better than {rest}."
-        alike = [name for name, found in pairs.items() if found.verdict is not FrontVerdict.real]
+        alike = [
+            name
+            for name, judged_pair in pairs.items()
+            if judged_pair.verdict is not FrontVerdict.real
+        ]
         if FrontVerdict.real not in verdicts:
             return f"No front is better than chance may make it: {best}; {'; '.join(alike)}."
         return f"{best} has the best front; not told apart from it: {'; '.join(alike)}."
@@ -194,12 +202,12 @@ class Comparison:
     def gap(self, first: str, second: str) -> float:
         """Mean difference of the first objective at equal second one [its unit]."""
         gaps = [
-            level_gap(one.objectives, other.objectives)
-            for one in self.groups[first]
+            level_gap(judged.objectives, other.objectives)
+            for judged in self.groups[first]
             for other in self.groups[second]
         ]
-        known = [gap for gap in gaps if np.isfinite(gap)]
-        return float(np.mean(known)) if known else float("nan")
+        finite = [gap for gap in gaps if np.isfinite(gap)]
+        return float(np.mean(finite)) if finite else float("nan")
 
     @cached_property
     def per_line(self) -> float:
@@ -303,7 +311,7 @@ def overall(studies: Sequence[Comparison]) -> str:
 
 def comparison_report(study: Comparison) -> Report:
     """Report fronts compared under one judge."""
-    (first, second), found = next(iter(study.pairs.items()))
+    (first, second), judged_pair = next(iter(study.pairs.items()))
     verdicts = [pair.verdict for pair in study.pairs.values()]
     gap = study.gap(first, second) * study.per_line
     report = Report("Fronts compared", QUESTION)
@@ -316,7 +324,7 @@ def comparison_report(study: Comparison) -> Report:
         "σ",
     )
     if len(study.pairs) == 1:
-        report.tile(found.verdict.value, f"{first} against {second}")
+        report.tile(judged_pair.verdict.value, f"{first} against {second}")
     told = any(
         study.best in pair and one.verdict is FrontVerdict.real for pair, one in study.pairs.items()
     )
@@ -325,10 +333,10 @@ def comparison_report(study: Comparison) -> Report:
         "has the best front" if told else "of the fronts is better than chance may make it",
     )
     if len(study.pairs) == 1:
-        change = f"{signed(PERCENT * found.value, 2)} %"
+        change = f"{signed(PERCENT * judged_pair.value, 2)} %"
         report.tile(change, "hypervolume, first minus second")
-        if np.isfinite(found.noise):
-            report.tile(f"±{PERCENT * found.noise:.2f} %", "what chance alone may give")
+        if np.isfinite(judged_pair.noise):
+            report.tile(f"±{PERCENT * judged_pair.noise:.2f} %", "what chance alone may give")
         if np.isfinite(gap):
             level = f"{signed(gap, 3)} {unit_word(study)}".strip()
             report.tile(level, "level at equal σ, first minus second")
@@ -341,11 +349,11 @@ def comparison_report(study: Comparison) -> Report:
         "n_not_decided": verdicts.count(FrontVerdict.open),
         "first": first,
         "second": second,
-        "verdict": found.verdict.value,
-        "hypervolume_difference_percent": PERCENT * found.value,
+        "verdict": judged_pair.verdict.value,
+        "hypervolume_difference_percent": PERCENT * judged_pair.value,
     }
     numbers = {
-        "noise_percent": PERCENT * found.noise,
+        "noise_percent": PERCENT * judged_pair.noise,
         "level_difference": gap,
     }
     report.summary |= {name: value for name, value in numbers.items() if np.isfinite(value)}
@@ -384,16 +392,18 @@ def _verdict(report: Report, study: Comparison) -> None:
     rows = [(row.first, row.second) in shown for row in pairs.itertuples()]
     if not all(rows):
         report.text(f"All {len(pairs)} pairs are in pairs.csv.")
-    asked = {judged.run.configuration for judged in study.fronts}
-    if len(asked) == 1 and any(d.verdict is FrontVerdict.real for d in study.pairs.values()):
+    configurations = {judged.run.configuration for judged in study.fronts}
+    if len(configurations) == 1 and any(
+        d.verdict is FrontVerdict.real for d in study.pairs.values()
+    ):
         report.text(
             "These runs differ in nothing but their seed. A real difference between them says that "
             "the search of the worse one had come to rest elsewhere: give it more generations, or "
             "several searches (--searches)."
         )
-    found = [study.pairs[pair] for pair in shown]
-    value = PERCENT * np.array([difference.value for difference in found])
-    noise = PERCENT * np.nan_to_num([difference.noise for difference in found])
+    differences = [study.pairs[pair] for pair in shown]
+    value = PERCENT * np.array([judged_pair.value for judged_pair in differences])
+    noise = PERCENT * np.nan_to_num([judged_pair.noise for judged_pair in differences])
     panel = plot.IntervalPanel(
         "difference of hypervolume [% of the box]", {"": (value, value - noise, value + noise)}
     )
@@ -462,17 +472,17 @@ def _fronts(report: Report, study: Comparison) -> None:
 def pair_table(study: Comparison) -> pd.DataFrame:
     """One row per pair of configurations: difference, noise, verdict, and what it means."""
     rows = []
-    for (first, second), found in study.pairs.items():
+    for (first, second), judged_pair in study.pairs.items():
         better, other = _median_front(study, first), _median_front(study, second)
         rows.append(
             {
                 "first": first,
                 "second": second,
-                "verdict": found.verdict.value,
-                "hypervolume, first - second [%]": PERCENT * found.value,
-                "noise, 99 % [%]": PERCENT * found.noise,
-                "error from draws [%]": PERCENT * found.draw_error,
-                "error from searches [%]": PERCENT * found.search_error,
+                "verdict": judged_pair.verdict.value,
+                "hypervolume, first - second [%]": PERCENT * judged_pair.value,
+                "noise, 99 % [%]": PERCENT * judged_pair.noise,
+                "error from draws [%]": PERCENT * judged_pair.draw_error,
+                "error from searches [%]": PERCENT * judged_pair.search_error,
                 f"level at equal σ, first - second {unit_label(study)}": study.gap(first, second)
                 * study.per_line,
                 "first covers second [%]": PERCENT * coverage(better, other),
@@ -485,19 +495,19 @@ def pair_table(study: Comparison) -> pd.DataFrame:
 def front_table(study: Comparison) -> pd.DataFrame:
     """One row per run: figures of merit of its front under the common draws."""
     rows = []
-    for one in study.fronts:
-        front = one.objectives
-        volumes = [study.box.hypervolume(part) for part in one.by_set]
+    for judged in study.fronts:
+        front = judged.objectives
+        volumes = [study.box.hypervolume(part) for part in judged.by_set]
         rows.append(
             {
-                "run": one.run.entry.name,
-                "configuration": one.name,
-                "seed": one.run.seed,
+                "run": judged.run.entry.name,
+                "configuration": judged.name,
+                "seed": judged.run.seed,
                 "designs": len(front),
-                "failed": one.n_failed,
+                "failed": judged.n_failed,
                 "still non-dominated [%]": PERCENT * float(np.mean(nondominated(front))),
                 "hypervolume [%]": PERCENT * float(np.mean(volumes)),
-                "last gain [%]": PERCENT * study.progress(one),
+                "last gain [%]": PERCENT * study.progress(judged),
                 f"best mean {unit_label(study)}": front[:, 0].min() * study.per_line,
                 f"best σ {unit_label(study)}": front[:, 1].min() * study.per_line,
             }
@@ -526,27 +536,27 @@ def unit_word(study: Comparison) -> str:
 
 def _median_front(study: Comparison, name: str) -> RealArray:
     """Return what the median run of a configuration attains."""
-    runs = [one.objectives for one in study.groups[name]]
+    runs = [judged.objectives for judged in study.groups[name]]
     return np.asarray(attainment(runs, [0.5])[0.5])
 
 
 def verdict_sentence(study: Comparison, pair: tuple[str, str]) -> str:
     """Say in one sentence what came out for two configurations."""
     first, second = pair
-    found = study.pairs[pair]
-    value, noise = PERCENT * found.value, PERCENT * found.noise
-    if found.verdict is FrontVerdict.open:
+    judged_pair = study.pairs[pair]
+    value, noise = PERCENT * judged_pair.value, PERCENT * judged_pair.noise
+    if judged_pair.verdict is FrontVerdict.open:
         why = "a single run that keeps no convergence.csv does not say how far to trust it"
         if np.isfinite(noise):
             why = f"{signed(value, 2)} % hypervolume, and fewer seeds may err by ±{noise:.2f} %"
         return f"{first} against {second}: not decided, {why}; run {ENOUGH_SEEDS} seeds of each."
-    if found.verdict is FrontVerdict.noise:
+    if judged_pair.verdict is FrontVerdict.noise:
         return (
             f"{first} against {second}: within noise ({signed(value, 2)} % hypervolume; chance "
             f"alone may give ±{noise:.2f} %)."
         )
-    better, worse = (first, second) if found.value > 0.0 else (second, first)
-    if abs(found.value) <= found.noise:
+    better, worse = (first, second) if judged_pair.value > 0.0 else (second, first)
+    if abs(judged_pair.value) <= judged_pair.noise:
         return (
             f"{better} is really better than {worse}: under all draws its front equals or beats "
             f"every design of the other ({abs(value):.2f} % hypervolume)."

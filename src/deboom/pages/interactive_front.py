@@ -108,14 +108,14 @@ def overlaid(page: InteractiveFront, other: InteractiveFront) -> InteractiveFron
                 "platform, band and kind of variables can lie over each other"
             )
     axes = []
-    for own, second in zip(page.axes, other.axes, strict=True):
-        errors = [axis.errors for axis in (own, second) if axis.errors is not None]
+    for first, second in zip(page.axes, other.axes, strict=True):
+        errors = [axis.errors for axis in (first, second) if axis.errors is not None]
         axes.append(
             replace(
-                own,
-                values=np.concatenate([own.values, second.values]),
-                limits=own.limits if own.limits == second.limits else None,
-                errors=np.concatenate(errors) if len(errors) == len((own, second)) else None,
+                first,
+                values=np.concatenate([first.values, second.values]),
+                limits=first.limits if first.limits == second.limits else None,
+                errors=np.concatenate(errors) if len(errors) == len((first, second)) else None,
             )
         )
     return replace(
@@ -320,8 +320,8 @@ def _table(study: SupplierStudy, stem: str, columns: tuple[str, ...]) -> pd.Data
     """Read a table of the run, whose hash has been checked."""
     path = path_inside(study.run.entry.folder, f"{stem}.csv")
     names = ("vehicle", "variable", "design")
-    there = path.is_file() or path.with_name(path.name + PACKED).is_file()
-    table = read_frame(path, names) if there else pd.DataFrame()
+    is_written = path.is_file() or path.with_name(path.name + PACKED).is_file()
+    table = read_frame(path, names) if is_written else pd.DataFrame()
     missing = [name for name in columns if name not in table.columns]
     if missing:
         raise InputError(
@@ -332,9 +332,9 @@ def _table(study: SupplierStudy, stem: str, columns: tuple[str, ...]) -> pd.Data
 
 
 def _pictures(folder: Path) -> tuple[Picture, ...]:
-    there = {stem: folder / "figures" / f"{stem}.png" for stem in _PICTURES}
+    path_of = {stem: folder / "figures" / f"{stem}.png" for stem in _PICTURES}
     return tuple(
         Picture(read_bytes(path), *_PICTURES[stem])
-        for stem, path in there.items()
+        for stem, path in path_of.items()
         if path.is_file()
     )

@@ -67,8 +67,8 @@ class CharacterisedBench:
     @property
     def surfaces(self) -> dict[str, DynamicStiffnessSurface]:
         """Of every direction that has one."""
-        found = ((name, one.surface) for name, one in self.result.directions.items())
-        return {name: surface for name, surface in found if surface is not None}
+        surfaces = ((name, direction.surface) for name, direction in self.result.directions.items())
+        return {name: surface for name, surface in surfaces if surface is not None}
 
     @cached_property
     def check_runs(self) -> tuple[OperatingRun, ...]:
@@ -170,9 +170,9 @@ def quality_of_motion(bench: CharacterisedBench) -> pd.DataFrame:
 
 def usable_maps(bench: CharacterisedBench) -> dict[str, OperatingMap]:
     """Return the maps of all directions that were ever loaded, without lines near the floor."""
-    maps = {name: one.measured for name, one in bench.result.directions.items()}
-    usable = {name: one.select(~one.near_floor) for name, one in maps.items()}
-    return {name: one for name, one in usable.items() if len(one)}
+    maps = {name: entry.measured for name, entry in bench.result.directions.items()}
+    usable = {name: entry.select(~entry.near_floor) for name, entry in maps.items()}
+    return {name: entry for name, entry in usable.items() if len(entry)}
 
 
 def direction_numbers(bench: CharacterisedBench) -> pd.DataFrame:
@@ -222,8 +222,8 @@ def model_table(
 
 
 def _row(bench: CharacterisedBench, name: str) -> dict[str, object]:
-    one = bench.result.directions[name]
-    surface, measured = bench.surfaces[name], one.measured
+    direction = bench.result.directions[name]
+    surface, measured = bench.surfaces[name], direction.measured
     usable = measured.select(~measured.near_floor)
     row: dict[str, object] = {"direction": name, **_r2(bench, surface, usable)}
     row |= _budget(bench, name)
@@ -264,8 +264,8 @@ def _errors(
 
 
 def _budget(bench: CharacterisedBench, name: str) -> dict[str, object]:
-    one = bench.result.directions[name]
-    budget = one.budget
+    direction = bench.result.directions[name]
+    budget = direction.budget
     if budget is None:
         return {}
     row: dict[str, object] = {
@@ -324,17 +324,17 @@ def r2_table(numbers: pd.DataFrame) -> pd.DataFrame:
     """R² of the surfaces per direction and part, beside the thesis."""
     rows = []
     for place, (part, column) in enumerate((("real", "real"), ("imaginary", "imag"))):
-        own, force, check, check_force = (
+        stiffness, force, check, check_force = (
             percent(numbers, f"{prefix}_{column}")
             for prefix in ("r2", "r2_force", "check_r2", "check_r2_force")
         )
-        for name in own.index:
+        for name in stiffness.index:
             thesis = THESIS_R2.get(name, (np.nan,) * 4)
             rows.append(
                 {
                     "direction": name,
                     "part": part,
-                    "R² of stiffness [%]": own[name],
+                    "R² of stiffness [%]": stiffness[name],
                     "thesis, stiffness [%]": thesis[place],
                     "R² of force [%]": force[name],
                     "thesis, force [%]": thesis[2 + place],
@@ -369,8 +369,8 @@ def uncertainty_table(numbers: pd.DataFrame) -> pd.DataFrame:
     for source in ErrorSource:
         columns[f"{source.value} alone [%]"] = percent(numbers, source.value)
     table = by_direction(columns)
-    found = identified(numbers).to_numpy()
-    table.insert(1, "identified", np.where(found, "identified", "not identified"))
+    is_identified = identified(numbers).to_numpy()
+    table.insert(1, "identified", np.where(is_identified, "identified", "not identified"))
     return table
 
 
@@ -394,16 +394,16 @@ def force_transfer_table(matrices: Sequence[ForceTransferMatrix]) -> pd.DataFram
     """One row per mount: how constant its force transfer matrix is, and how well it inverts."""
     rows = [
         {
-            "mount": " ".join(filter(None, (one.mount, one.piece))),
-            "cells": len(one.cells),
-            "loads": len(one.matrix),
-            "repeats": min(one.repeats),
-            "condition number [1]": one.condition_number,
-            "residual [%]": 100 * one.residual,
-            "largest change over frequency [%]": 100 * float(one.frequency_dependence.max()),
-            "largest drift over repeats [%]": 100 * float(one.drift.max()),
+            "mount": " ".join(filter(None, (transfer.mount, transfer.piece))),
+            "cells": len(transfer.cells),
+            "loads": len(transfer.matrix),
+            "repeats": min(transfer.repeats),
+            "condition number [1]": transfer.condition_number,
+            "residual [%]": 100 * transfer.residual,
+            "largest change over frequency [%]": 100 * float(transfer.frequency_dependence.max()),
+            "largest drift over repeats [%]": 100 * float(transfer.drift.max()),
         }
-        for one in matrices
+        for transfer in matrices
     ]
     columns = ["mount", "cells", "loads", "repeats", "condition number [1]", "residual [%]"]
     columns += ["largest change over frequency [%]", "largest drift over repeats [%]"]

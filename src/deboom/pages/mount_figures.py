@@ -78,8 +78,8 @@ def stiffness_lines(bench: CharacterisedBench) -> pd.DataFrame:
     The surface is given where it was fitted or lies inside of its region, else nan.
     """
     parts = []
-    for name, one in bench.result.directions.items():
-        lines, surface = one.measured, bench.surfaces.get(name)
+    for name, direction in bench.result.directions.items():
+        lines, surface = direction.measured, bench.surfaces.get(name)
         modelled, inside = _modelled(bench, surface, lines)
         modelled = np.where(inside, modelled, np.nan)
         sigma = np.where(lines.near_floor, np.nan, stiffness_noise(lines) * N_PER_MM)
@@ -138,7 +138,7 @@ def check_lines(bench: CharacterisedBench) -> pd.DataFrame:
                     f"{part} {letter}, surface [{unit}]": of(model) * scale,
                     f"half width of {part} {letter} [{unit}]": half * scale,
                 }
-        part_table = pd.DataFrame({label: significant(one) for label, one in columns.items()})
+        part_table = pd.DataFrame({label: significant(values) for label, values in columns.items()})
         part_table.insert(0, "direction", name)
         part_table.insert(1, "run", lines.run)
         part_table["inside the region"] = np.where(inside, "yes", "no")
@@ -186,7 +186,11 @@ def append_maps(report: Report, bench: CharacterisedBench) -> None:
         "direction that is hardly loaded. Points are coloured by displacement: that is their "
         "scatter."
     )
-    shown = [one for name, one in usable.items() if name in bench.surfaces and _has_force(one)]
+    shown = [
+        operating_map
+        for name, operating_map in usable.items()
+        if name in bench.surfaces and _has_force(operating_map)
+    ]
     if shown:
         report.figure(
             "splits",
@@ -264,14 +268,14 @@ def rebuilt_accelerations(bench: CharacterisedBench, run: OperatingRun) -> pd.Da
 def transfer_panels(matrices: Sequence[ForceTransferMatrix]) -> plot.Figure:
     """Draw the force transfer over frequency, a panel per mount (thesis, figure 18)."""
     panels = []
-    for one in matrices:
-        size = np.abs(one.response)
+    for transfer in matrices:
+        size = np.abs(transfer.response)
         curves = {f"{axis} per {axis}": size[:, k, k] for k, axis in enumerate(AXES)}
         across = size.copy()
         across[:, range(3), range(3)] = 0.0
         curves["largest across axes"] = across.max(axis=(1, 2))
-        title = " ".join(filter(None, (one.mount, one.piece)))
-        panels.append(CurvePanel(title, one.frequency, curves))
+        title = " ".join(filter(None, (transfer.mount, transfer.piece)))
+        panels.append(CurvePanel(title, transfer.frequency, curves))
     return plot.curve_panels(
         panels, y_label="force of the cells per force [1]", columns=min(3, len(panels))
     )
@@ -311,8 +315,8 @@ def _few(measured: OperatingMap) -> OperatingMap:
 
 def _thinned(directions: Sequence[OperatingMap]) -> str:
     """Say how many lines are drawn, where they are not all."""
-    drawn = sum(math.ceil(len(one) / _step(one)) for one in directions)
-    lines = sum(len(one) for one in directions)
+    drawn = sum(math.ceil(len(direction) / _step(direction)) for direction in directions)
+    lines = sum(len(direction) for direction in directions)
     if drawn == lines:
         return ""
     return f" {drawn} of {lines} lines are drawn, evenly; stiffness_lines.csv has all."
@@ -443,7 +447,9 @@ def _over_speed(
     """Real part left, imaginary part right, a row per direction; of pieces the first."""
     colours = dict(zip((run.name for run in bench.check_runs), VEHICLE_PALETTE * 3, strict=False))
     panels = []
-    for name in (one for one in bench.surfaces if one.rpartition(" ")[0] == mount):
+    for name in (
+        direction for direction in bench.surfaces if direction.rpartition(" ")[0] == mount
+    ):
         of_direction = table[table["direction"] == name]
         for part, column in (("Re", "real"), ("Im", "imag")):
             curves, points, ranges = {}, {}, {}

@@ -303,7 +303,7 @@ def flexible_loop(n_springs: int) -> Callable[..., None]:
     def run(factors, tables, products, trusted):  # type: ignore[no-untyped-def]
         n_lines, n_vehicles = tables.joined.shape[:2]
         inverse_factor = np.empty((n_springs, lanes))
-        own = np.empty((n_springs, 2, lanes))
+        spring_flexibility = np.empty((n_springs, 2, lanes))
         # columns of the matrix with both vectors below each, and a copy of the pivot's column
         z = np.empty((n_springs, n_springs + 2, 2, lanes))
         pivot_column = np.empty((n_springs + 2, 2, lanes))
@@ -322,8 +322,8 @@ def flexible_loop(n_springs: int) -> Callable[..., None]:
                     real = tables.compliance[line, s].real
                     imag = tables.compliance[line, s].imag
                     for lane in range(lanes):
-                        own[s, 0, lane] = inverse_factor[s, lane] * real
-                        own[s, 1, lane] = inverse_factor[s, lane] * imag
+                        spring_flexibility[s, 0, lane] = inverse_factor[s, lane] * real
+                        spring_flexibility[s, 1, lane] = inverse_factor[s, lane] * imag
                 for vehicle in range(n_vehicles):
                     for column in range(n_springs):
                         for row in range(column, n_springs + 2):
@@ -333,7 +333,9 @@ def flexible_loop(n_springs: int) -> Callable[..., None]:
                                 ]
                         for part in range(2):
                             for lane in range(lanes):
-                                z[column, column, part, lane] += own[column, part, lane]
+                                z[column, column, part, lane] += spring_flexibility[
+                                    column, part, lane
+                                ]
                     pressure[:] = 0.0
                     for pivot in range(n_springs):
                         pivot_column[pivot:] = z[pivot, pivot:]

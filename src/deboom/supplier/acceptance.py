@@ -124,15 +124,17 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
     rows = {
         f"{batch.mount} {axis}, {batch.name}": (
             demand.variable(f"{batch.mount} {axis}"),
-            np.quantile([one.factors[axis] for one in batch.parts], [0.5, 0.0, 1.0]),
+            np.quantile([part.factors[axis] for part in batch.parts], [0.5, 0.0, 1.0]),
         )
         for batch in delivery.batches
-        for axis in dict.fromkeys(axis for one in batch.parts for axis in one.factors)
+        for axis in dict.fromkeys(axis for part in batch.parts for axis in part.factors)
     }
     panel = plot.IntervalPanel(
         "dynamic stiffness over today's [1]",
         {"": tuple(np.transpose([measured for _, measured in rows.values()]))},
-        allowed=tuple(np.transpose([(asked.lower, asked.upper) for asked, _ in rows.values()])),
+        allowed=tuple(
+            np.transpose([(direction.lower, direction.upper) for direction, _ in rows.values()])
+        ),
     )
     report.figure(
         "parts",

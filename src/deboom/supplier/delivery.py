@@ -258,20 +258,20 @@ class Demand:
                 f"with {made_with[:12]}: give the box that the sheet was made with"
             )
         variables = []
-        for asked in sheet.musts.values():
-            assert asked.lower is not None
-            assert asked.upper is not None
-            ends = asked.lower, asked.upper
-            today = asked.today_n_per_mm
+        for direction in sheet.musts.values():
+            assert direction.lower is not None
+            assert direction.upper is not None
+            ends = direction.lower, direction.upper
+            today = direction.today_n_per_mm
             variables.append(
                 BoxVariable(
-                    name=asked.name,
+                    name=direction.name,
                     lower=ends[0],
                     upper=ends[1],
                     searched=ends,
                     nominal=0.5 * sum(ends),
                     reference_stiffness_n_per_m=None if today is None else 1e3 * today,
-                    condition=_state(asked),
+                    condition=_state(direction),
                     weight=1.0,
                     required=True,
                 )
@@ -280,16 +280,18 @@ class Demand:
 
     def variable(self, name: str) -> BoxVariable:
         """Return an interval by its direction."""
-        known = {variable.name: variable for variable in self.variables}
-        if name not in known:
-            raise InputError(f"{self.title} asks nothing of '{name}', only of {', '.join(known)}")
-        return known[name]
+        variable_of = {variable.name: variable for variable in self.variables}
+        if name not in variable_of:
+            raise InputError(
+                f"{self.title} asks nothing of '{name}', only of {', '.join(variable_of)}"
+            )
+        return variable_of[name]
 
 
-def _state(asked: SheetDirection) -> str:
-    values = (asked.preload_n, asked.amplitude_mm, asked.frequency_hz)
-    known = zip(values, ("N", "mm peak", "Hz"), strict=True)
-    return ", ".join(f"{value:g} {unit}" for value, unit in known if value is not None)
+def _state(direction: SheetDirection) -> str:
+    values = (direction.preload_n, direction.amplitude_mm, direction.frequency_hz)
+    with_units = zip(values, ("N", "mm peak", "Hz"), strict=True)
+    return ", ".join(f"{value:g} {unit}" for value, unit in with_units if value is not None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -342,8 +344,8 @@ def limited_axes(demand: Demand, *, over_today: bool = False) -> dict[str, tuple
         axes.setdefault(mount, [])
         if not variable.required:
             continue
-        known = variable.reference_stiffness_n_per_m is not None or demand.sheet is not None
-        if not known and not over_today:
+        has_reference = variable.reference_stiffness_n_per_m is not None or demand.sheet is not None
+        if not has_reference and not over_today:
             raise InputError(
                 f"the box limits {variable.name}, whose stiffness nobody knows in N/mm: measure "
                 "parts and today's part on one machine and give their ratio (--over-today)"
@@ -460,13 +462,13 @@ def _batch(
     seed: int,
 ) -> Batch:
     name, mount, axes = which
-    measured = np.array([[one.factors[axis] for axis in axes] for one in members])
+    measured = np.array([[member.factors[axis] for axis in axes] for member in members])
     variables = [demand.variable(f"{mount} {axis}") for axis in axes]
-    found: dict[str, Capability] = {}
+    capabilities: dict[str, Capability] = {}
     if len(members) > 1:
         for axis, variable, values in zip(axes, variables, measured.T, strict=True):
             with _naming(f"{mount} {axis}, batch {name}"):
-                found[axis] = capability(values, variable.lower, variable.upper, CONFIDENCE)
+                capabilities[axis] = capability(values, variable.lower, variable.upper, CONFIDENCE)
     pieces, cars = None, None
     if axes and len(members) >= fewest_pieces(len(axes)):
         with _naming(f"{mount}, batch {name}"):
@@ -475,7 +477,7 @@ def _batch(
         upper = np.array([variable.upper for variable in variables])
         pieces = Share.of(((lower <= drawn) & (drawn <= upper)).all(axis=2).mean(axis=1))
         cars = None if levels is None else levels.cars(mount, axes, drawn)
-    return Batch(name, mount, members, found, pieces, cars, demand.share_stated)
+    return Batch(name, mount, members, capabilities, pieces, cars, demand.share_stated)
 
 
 @contextmanager

@@ -123,11 +123,11 @@ class SupplierEffects:
             )
             rows.append(self._numbers(index, cases[0]))
         again = {name: np.stack([row[name] for row in rows]) for name in measured}
-        found = {
+        intervals = {
             name: _interval(value, again[name], SURE if name == "stiffness" else COVERAGE)
             for name, value in measured.items()
         }
-        return {**found, "gain": found["gain"].about(self.tolerance_gain)}
+        return {**intervals, "gain": intervals["gain"].about(self.tolerance_gain)}
 
     @cached_property
     def uncertain(self) -> UncertainIndex:
@@ -177,11 +177,11 @@ class SupplierEffects:
 
 def _interval(measured: RealArray, again: RealArray, coverage: float) -> Interval:
     """Give the interval of every number; nan where a draw has none."""
-    known = np.isfinite(measured) & np.isfinite(again).all(axis=0)
-    values = np.where(known, measured, 0.0), np.where(known, again, 0.0)
-    found = pivotal_interval(*values, coverage)
-    lower, upper = (np.where(known, end, np.nan) for end in (found.lower, found.upper))
-    return Interval(np.where(known, measured, np.nan), lower, upper, found.coverage)
+    valid = np.isfinite(measured) & np.isfinite(again).all(axis=0)
+    values = np.where(valid, measured, 0.0), np.where(valid, again, 0.0)
+    interval = pivotal_interval(*values, coverage)
+    lower, upper = (np.where(valid, end, np.nan) for end in (interval.lower, interval.upper))
+    return Interval(np.where(valid, measured, np.nan), lower, upper, interval.coverage)
 
 
 def with_tolerance(robust: Robust, column: int, tolerance: float) -> Robust:
@@ -309,8 +309,8 @@ def _state(
 ) -> MachineState:
     moved, stretched = (factor, 1.0) if of_part else (1.0, 1.0 / factor)
     channels, lines = direction.mount.channels(direction.axis), case.displacement.frequency
-    asked = programme.test.frequencies_hz
-    wanted = asked[0] if asked else loudest_line(study)
+    frequencies = programme.test.frequencies_hz
+    wanted = frequencies[0] if frequencies else loudest_line(study)
     line = int(np.argmin(np.abs(lines - wanted)))
     inside = (lines >= study.band[0]) & (lines <= study.band[1])
     torque = np.full(lines.size, NAN) if case.engine_torque is None else case.wheel_torque
@@ -320,9 +320,9 @@ def _state(
     setting = (float(amplitude[line]), float(lines[line]), False)
     stiffness = complex(measured[line])
     curve, other_axes = (np.empty(0), np.empty(0)), 0.0
-    known = programme.mount(direction.mount.name)
+    of_programme = programme.mount(direction.mount.name)
     if surface is not None and np.isfinite(here):
-        setting = _setting(surface, here, setting[0], wanted, exact=asked is not None)
+        setting = _setting(surface, here, setting[0], wanted, exact=frequencies is not None)
         stiffness = complex(surface.predict([here, *setting[:2]], extrapolate=True))
         felt = setting[0] * amplitude[line] / _all_axes(direction.mount, case, line)
         alone = surface.predict([here, felt, setting[1]], extrapolate=True)
@@ -330,16 +330,16 @@ def _state(
         over = np.linspace(0.0, float(np.nanmax(torque)), STEPS)
         at = operating_points(over, setting[0], setting[1])
         backed = np.where(surface.supported(at), np.abs(surface.predict(at, extrapolate=True)), NAN)
-        curve = (_abscissa(direction, known, model, over), backed)
-    elif asked and abs(lines[line] - wanted) > 0.5:
+        curve = (_abscissa(direction, of_programme, model, over), backed)
+    elif frequencies and abs(lines[line] - wanted) > 0.5:
         raise InputError(
             f"{study.platform.folder / PROGRAMME_FILE}: {direction.name} was not measured at "
             f"{wanted:g} Hz: choose frequencies_hz from {lines[0]:g} to {lines[-1]:g} Hz"
         )
-    forces, deflections = _torque_forces(direction, known, model, np.array([here]))
+    forces, deflections = _torque_forces(direction, of_programme, model, np.array([here]))
     force, deflection = moved * float(forces[0]), float(deflections[0])
-    weight = known.weight_force_n
-    unloaded = weight is not None and known.curve_zero == "unloaded"
+    weight = of_programme.weight_force_n
+    unloaded = weight is not None and of_programme.curve_zero == "unloaded"
     static = _static_curve(direction)
     if weight is not None:
         force += weight[AXES.index(direction.axis)]
@@ -359,7 +359,7 @@ def _state(
         float(static.slope(np.array(deflection))) if static and np.isfinite(deflection) else NAN,
         curve,
         (
-            _abscissa(direction, known, model, torque[usable]),
+            _abscissa(direction, of_programme, model, torque[usable]),
             np.abs(measured[usable]),
         ),
         static,
@@ -375,10 +375,10 @@ def _setting(
     says whether it is such an amplitude.
     """
     by_distance = sorted(LABORATORY, key=lambda a: abs(np.log(a / moved)))
-    own = float(f"{moved:.2g}")
+    rounded = float(f"{moved:.2g}")
     frequencies = (frequency,) if exact else (round(frequency), frequency)
     for line in frequencies:
-        for amplitude in (*by_distance, own, moved):
+        for amplitude in (*by_distance, rounded, moved):
             if surface.supported(np.array([[torque, amplitude, line]]))[0]:
                 return amplitude, float(line), amplitude in LABORATORY
     if exact:
@@ -429,18 +429,18 @@ def _deflection(static: MonotoneCurve, force: float) -> float:
 
 def _abscissa(
     direction: Direction,
-    known: ProgrammeMount,
+    of_programme: ProgrammeMount,
     model: KinematicModel | None,
     torque: npt.NDArray[np.float64],
 ) -> RealArray:
     """Return static forces under wheel torques, or these where no force is known."""
-    force = _torque_forces(direction, known, model, torque)[0]
+    force = _torque_forces(direction, of_programme, model, torque)[0]
     return force if np.isfinite(force).all() else torque
 
 
 def _torque_forces(
     direction: Direction,
-    known: ProgrammeMount,
+    of_programme: ProgrammeMount,
     model: KinematicModel | None,
     torque: npt.NDArray[np.float64],
 ) -> tuple[RealArray, RealArray]:
@@ -455,8 +455,8 @@ def _torque_forces(
         return model.force(deflection)[:, places].mean(axis=1), deflection[:, places].mean(axis=1)
     part = direction.characterised
     ratio = part.settings.get(FORCE_PER_TORQUE) if part is not None else None
-    if known.force_per_wheel_torque is not None:
-        ratio = known.force_per_wheel_torque[AXES.index(direction.axis)]
+    if of_programme.force_per_wheel_torque is not None:
+        ratio = of_programme.force_per_wheel_torque[AXES.index(direction.axis)]
     if not isinstance(ratio, float):
         return none, none
     return ratio * torque, none

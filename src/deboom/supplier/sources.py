@@ -126,8 +126,8 @@ def _tolerances(study: SupplierStudy, path: Path) -> dict[str, float]:
     entry = _run("--tolerances", path, ALLOCATION, "tolerance_allocation")
     front, arguments = study.run.entry, entry.record["arguments"]
     record = hash_files([front.folder / "run.json"], relative_to=front.folder)["run.json"]
-    known, name = record in entry.record["inputs_sha256"].values(), design_name(study.pick)
-    if not known or arguments["pick"] != name or arguments["point"] is not None:
+    is_recorded, name = record in entry.record["inputs_sha256"].values(), design_name(study.pick)
+    if not is_recorded or arguments["pick"] != name or arguments["point"] is not None:
         raise InputError(
             f"--tolerances {path}: its tolerances belong to another design: run "
             f"tolerance_allocation --from-run {front.folder.as_posix()} --pick {name}"
@@ -162,22 +162,22 @@ def bands(study: SupplierStudy, sources: SheetSources) -> dict[str, tuple[float,
     It is the box's; where no box was made, that of the tolerance allocation, or else that of the
     search, about the pick where that is wanted and about today's part where that will do.
     """
-    found: dict[str, tuple[float, float] | None] = {}
+    band_of: dict[str, tuple[float, float] | None] = {}
     for direction in study.directions:
-        found[direction.name] = None
+        band_of[direction.name] = None
         if direction.need is Need.nothing:
             continue
         if sources.box is not None:
             variable = sources.box.variable(direction.name)
             if direction.need is not Need.unknown or variable.set_by_limit:
-                found[direction.name] = (variable.lower, variable.upper)
+                band_of[direction.name] = (variable.lower, variable.upper)
         elif direction.need is not Need.unknown:
             wanted = direction.need is Need.wanted
             middle = (study.wanted if wanted else study.space.nominal)[direction.column]
             half = float(study.space.tolerance[direction.column])
             half = sources.tolerance.get(direction.name, half)
-            found[direction.name] = (float(middle * (1 - half)), float(middle * (1 + half)))
-    return found
+            band_of[direction.name] = (float(middle * (1 - half)), float(middle * (1 + half)))
+    return band_of
 
 
 def middle_design(
@@ -238,10 +238,10 @@ def refuse_leaks(secrets: Sequence[str], texts: Mapping[str, str]) -> None:
     """
     for what, text in texts.items():
         for secret in secrets:
-            found = re.search(rf"(?<![^\W_]){re.escape(secret)}(?![^\W_])", text, re.IGNORECASE)
-            if found:
-                start = max(found.start() - _CONTEXT, 0)
-                around = " ".join(text[start : found.end() + _CONTEXT].split())
+            leak = re.search(rf"(?<![^\W_]){re.escape(secret)}(?![^\W_])", text, re.IGNORECASE)
+            if leak:
+                start = max(leak.start() - _CONTEXT, 0)
+                around = " ".join(text[start : leak.end() + _CONTEXT].split())
                 raise InputError(
                     f"an anonymous report would show '{secret}' in its {what} (… {around} …): give "
                     "the load case, mount or campaign there a name that does not tell it; if the "

@@ -95,10 +95,10 @@ def find_study(wanted: str | Path, folder: Path | None = None) -> Path:
     path = Path(wanted)
     if path.is_file():
         return path
-    known = study_files(folder)
-    names = [file.stem for file in known]
+    files = study_files(folder)
+    names = [file.stem for file in files]
     if str(wanted) in names:
-        return known[names.index(str(wanted))]
+        return files[names.index(str(wanted))]
     near = difflib.get_close_matches(path.stem, names, n=1)
     hint = f"; did you mean {near[0]}?" if near else ""
     raise InputError(f"{wanted}: there is no such study; `deboom studies` lists them{hint}")
@@ -162,14 +162,16 @@ class Study:
         """
         options = expanded(self.module.Options())
         return {
-            name: one.replace(default=one.empty) if is_positional(one) else one
-            for name, one in options.items()
+            name: parameter.replace(default=parameter.empty)
+            if is_positional(parameter)
+            else parameter
+            for name, parameter in options.items()
         }
 
     @property
     def positional(self) -> list[str]:
         """Options that are typed by their place."""
-        return [name for name, one in self.parameters.items() if is_positional(one)]
+        return [name for name, parameter in self.parameters.items() if is_positional(parameter)]
 
     def command(self, arguments: Mapping[str, Any]) -> str:
         """Return the command and its paths, without options; `arguments` has all by name."""

@@ -222,8 +222,8 @@ class ThoroughSearchOptions(SearchOptions):
           [units of the space].
         """
         if self.begin is not None:
-            own = read_plan(self.begin, robust.space)
-            begin = own if begin is None else np.unique(np.vstack([begin, own]), axis=0)
+            designs = read_plan(self.begin, robust.space)
+            begin = designs if begin is None else np.unique(np.vstack([begin, designs]), axis=0)
             inputs = (*inputs, self.begin)
         with progress_bar(name) as bar:
             front = search(

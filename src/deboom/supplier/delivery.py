@@ -414,7 +414,9 @@ def judged_delivery(
     levels = None
     if platform is not None and demand.box is not None:
         levels = _Levels(demand.box, platform, seed)
-    names = dict.fromkeys((one.part.mount, one.part.batch) for one in judged)
+    names = dict.fromkeys(
+        (judged_part.part.mount, judged_part.part.batch) for judged_part in judged
+    )
     batches = []
     for mount, batch in names:
         members = tuple(j for j in judged if (j.part.mount, j.part.batch) == (mount, batch))
@@ -511,8 +513,10 @@ class _Levels:
                 "platform that the box was found for"
             )
         by_name = {
-            one.quantity: one
-            for one in (limited_response(quantity, index, box.band_hz) for quantity in LimitedLevel)
+            limited.quantity: limited
+            for limited in (
+                limited_response(quantity, index, box.band_hz) for quantity in LimitedLevel
+            )
         }
         if box.quantity not in by_name:
             raise InputError(f"the box limits '{box.quantity}', this deboom knows {list(by_name)}")

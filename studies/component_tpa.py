@@ -144,12 +144,12 @@ def run(rule: Inversion, options: Options, context: RunContext | None = None) ->
             write_component_test(folder, options.seed, options.level, plan, truth_seed=options.seed)
             step("inverting")
             started = time.perf_counter()
-            measured = analysed(folder, folder / "receiver", rule, options.seed, known=True)
+            measured = analysed(folder, folder / "receiver", rule, options.seed, has_truth=True)
         return reported(measured, time.perf_counter() - started)
 
 
 def analysed(
-    folder: Path, receiver: Path | None, rule: Inversion, seed: int, *, known: bool = False
+    folder: Path, receiver: Path | None, rule: Inversion, seed: int, *, has_truth: bool = False
 ) -> Measured:
     """Read a test, invert it, and put the source into the other receiver."""
     test = read_component_test(folder)
@@ -160,22 +160,24 @@ def analysed(
         other = read_receiver(receiver)
         moved = in_receiver(result, other)
         inputs += other.input_files
-    return Measured(result, moved, _truth(folder, result) if known else {}, () if known else inputs)
+    return Measured(
+        result, moved, _truth(folder, result) if has_truth else {}, () if has_truth else inputs
+    )
 
 
 def _truth(folder: Path, result: ComponentTpa) -> dict[str, Truth]:
     """Read what the bench knows, of the stated loads and on the lines of each run."""
-    known = {}
+    truth_of_run = {}
     for run in result.runs:
         with np.load(folder / "truth" / f"{run.name.replace(' ', '_')}.npz") as truth:
             loads = truth["blocked"].reshape(len(run.frequency), -1, 6)
             stated = len(result.test.points[0].motions)
-            known[run.name] = Truth(
+            truth_of_run[run.name] = Truth(
                 loads[:, :, :stated].reshape(len(loads), -1),
                 truth["pressure"],
                 truth["second_pressure"],
             )
-    return known
+    return truth_of_run
 
 
 def reported(measured: Measured, seconds: float) -> Report:
@@ -228,7 +230,9 @@ def _summary(measured: Measured, seconds: float) -> dict[str, float | int | str]
     summary["loudest"] = str(ranks["contribution"].iloc[0])
     heard = [moved for moved in measured.moved if moved.measured is not None]
     if heard:
-        summary["receiver_sound_db"] = max(float(np.abs(_moved_level(one)).max()) for one in heard)
+        summary["receiver_sound_db"] = max(
+            float(np.abs(_moved_level(transfer)).max()) for transfer in heard
+        )
     if measured.truth:
         errors, forces, sounds = zip(*(_against(measured, run) for run in runs), strict=True)
         summary["blocked_error_percent"] = max(errors)
@@ -242,8 +246,8 @@ def _summary(measured: Measured, seconds: float) -> dict[str, float | int | str]
 def _against(measured: Measured, run: RunTpa) -> tuple[float, float, float]:
     """Error of the blocked forces on trusted lines, and coverages of forces and sound [%]."""
     truth, kept = measured.truth[run.name], run.trusted
-    found = run.blocked.force.values
-    error = np.linalg.norm((found - truth.blocked)[kept]) / np.linalg.norm(truth.blocked[kept])
+    identified = run.blocked.force.values
+    error = np.linalg.norm((identified - truth.blocked)[kept]) / np.linalg.norm(truth.blocked[kept])
     forces = run.force_interval().holds(np.abs(truth.blocked))[kept]
     sounds = run.sound_interval().holds(np.abs(truth.sound))
     return 100 * float(error), 100 * float(forces.mean()), 100 * float(sounds.mean())
@@ -599,9 +603,9 @@ def _other_receiver(report: Report, measured: Measured) -> None:
     )
     ranks = pd.concat(
         [
-            one.ranking(ear).assign(run=one.run, ear=ear)
-            for one in moved
-            for ear in one.sound.channels
+            transfer.ranking(ear).assign(run=transfer.run, ear=ear)
+            for transfer in moved
+            for ear in transfer.sound.channels
         ],
         ignore_index=True,
     )
@@ -621,15 +625,19 @@ def _other_receiver(report: Report, measured: Measured) -> None:
 
 def _receiver_panels(moved: Sequence[InReceiver]) -> plot.Figure:
     panels = []
-    for one in moved:
-        interval = one.sound_interval()
-        for column, ear in enumerate(one.sound.channels):
-            curves = {PREDICTED: _level(one.sound.values[:, column])}
-            if one.measured is not None:
-                curves[MEASURED] = _level(one.measured.values[: len(curves[PREDICTED]), column])
+    for transfer in moved:
+        interval = transfer.sound_interval()
+        for column, ear in enumerate(transfer.sound.channels):
+            curves = {PREDICTED: _level(transfer.sound.values[:, column])}
+            if transfer.measured is not None:
+                curves[MEASURED] = _level(
+                    transfer.measured.values[: len(curves[PREDICTED]), column]
+                )
             ends = (_level(interval.lower[:, column]), _level(interval.upper[:, column]))
-            title = f"{one.run}, {ear}"
-            panels.append(CurvePanel(title, one.sound.frequency, curves, ranges={PREDICTED: ends}))
+            title = f"{transfer.run}, {ear}"
+            panels.append(
+                CurvePanel(title, transfer.sound.frequency, curves, ranges={PREDICTED: ends})
+            )
     dashed = (MEASURED,) if moved[0].measured is not None else ()
     return plot.curve_panels(panels, y_label="level [dB]", columns=2, dashed=dashed, share_y=True)
 

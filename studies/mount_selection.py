@@ -224,8 +224,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     }
     for what, (design, _) in effects.items():
         order[f"{what} [N/mm]"] = N_PER_MM * ordered_stiffness(runs, catalogue, design, outside)
-    known = np.isfinite(np.asarray(order["today [N/mm]"], dtype=float))
-    order["re-tuned to [1]"] = np.where(known, best[n_mounts:], np.nan)
+    is_measured = np.isfinite(np.asarray(order["today [N/mm]"], dtype=float))
+    order["re-tuned to [1]"] = np.where(is_measured, best[n_mounts:], np.nan)
     frame = pd.DataFrame(order)
     decimals = {name: 0 for name in frame if str(name).endswith("[N/mm]")}
     first, last = runs.band

@@ -243,11 +243,11 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "Half widths, three standard deviations. Widest: needs no precision.",
         wide=True,
     )
-    sets_shown = {name: found for name, found in sets.items() if not (even and name == "uniform")}
+    sets_shown = {name: result for name, result in sets.items() if not (even and name == "uniform")}
     worth = pd.DataFrame(
         {
             "tolerances": list(sets_shown),
-            "cost [1]": [found.total_cost for found in sets_shown.values()],
+            "cost [1]": [result.total_cost for result in sets_shown.values()],
             "σ, verified [dB]": [verified[name].sigma for name in sets_shown],
         }
     )

@@ -188,7 +188,7 @@ def _free_tolerances(report: Report, front: Front, options: Options) -> None:
     population = max(options.search.population, len(begin))
     rest = latin_hypercube(free.space, population, seed=options.seed)[len(begin) :]
     with progress_bar("tolerances as variables") as bar:
-        found = nsga2(
+        searched = nsga2(
             free,
             population,
             options.search.generations,
@@ -197,10 +197,10 @@ def _free_tolerances(report: Report, front: Front, options: Options) -> None:
             progress=bar,
         ).front
     today = free(free.space.nominal[np.newaxis])
-    price = found.objectives[:, -1]
-    level = (found.mean_sum - today.mean_sum[0]) * front.per_line
-    spread = 100.0 * (found.sigma_sum / today.sigma_sum[0] - 1.0)
-    tolerances = found.designs[:, robust.space.n_variables :]
+    price = searched.objectives[:, -1]
+    level = (searched.mean_sum - today.mean_sum[0]) * front.per_line
+    spread = 100.0 * (searched.sigma_sum / today.sigma_sum[0] - 1.0)
+    tolerances = searched.designs[:, robust.space.n_variables :]
     columns = {
         "price over today's [1]": price,
         "mean level against today [dB(A)]": level,
@@ -212,7 +212,7 @@ def _free_tolerances(report: Report, front: Front, options: Options) -> None:
     }
     columns |= {
         f"{name} [1]": values
-        for name, values in zip(free.space.names, found.designs.T, strict=True)
+        for name, values in zip(free.space.names, searched.designs.T, strict=True)
         if name in robust.space.names
     }
     whole = pd.DataFrame(columns).sort_values("price over today's [1]", ignore_index=True)

@@ -67,8 +67,8 @@ class SetTruth:
                 raise InputError(f"{self.path}: no truth of channel {channel} in run {run}")
             places.append((self.runs.index(run), self.channels.index(channel)))
         rows = np.searchsorted(self.frequency, measured.frequency - 1e-6)
-        known = self.frequency[np.minimum(rows, self.frequency.size - 1)]
-        if not np.allclose(known, measured.frequency, rtol=0, atol=1e-6):
+        nearest = self.frequency[np.minimum(rows, self.frequency.size - 1)]
+        if not np.allclose(nearest, measured.frequency, rtol=0, atol=1e-6):
             raise InputError(f"{self.path}: its frequency lines are not those of the campaign")
         run_place, channel_place = np.array(places)[inverse].T
         return np.asarray(self.stiffness[run_place, rows, channel_place])

@@ -115,8 +115,8 @@ def identify(
     Examples
     --------
     >>> import deboom
-    >>> found = deboom.identify(deboom.read_inertance_test("hammer"))  # doctest: +SKIP
-    >>> found.table  # doctest: +SKIP
+    >>> identification = deboom.identify(deboom.read_inertance_test("hammer"))  # doctest: +SKIP
+    >>> identification.table  # doctest: +SKIP
     """
     options = options or IdentifyOptions()
     say = step or (lambda _: None)

@@ -281,7 +281,7 @@ class LoadUncertainty:
         taken = np.tensordot(fit.line_values[fit.change_slice], change, axes=1)
         now = model.apparent_mass[load.lines] - (taken if updated else 0)
         self.load = applied(now, load.motion)
-        self.known = np.zeros_like(self.load) if updated else applied(taken, load.motion)
+        self.stated_load = np.zeros_like(self.load) if updated else applied(taken, load.motion)
         self.noise = noise_covariance(model, (load,), (now,))
         self.mismatch = fit.mismatch**2 * mount_covariance(model, (load,))
         self.slopes = applied(model.by_error[:, load.lines], load.motion)
@@ -309,7 +309,7 @@ class LoadUncertainty:
         cross = _quadratic(placement, covariance[places.stop :], mounts)
         of_placement = np.sum(placement**2, axis=0)
         total = np.sqrt(np.maximum(variance + of_placement + of_mounts + 2 * cross, variance))
-        offset_along = along * np.einsum("fa,fa->f", weights, self.known)
+        offset_along = along * np.einsum("fa,fa->f", weights, self.stated_load)
         offset = offset_along.real
         amplitude, half = np.abs(value), self.quantile * total
         return Band(

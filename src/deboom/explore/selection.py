@@ -249,16 +249,16 @@ class _Goal:
         self.exact = is_smooth(robust)
         self.lower, self.span = robust.space.lower, robust.space.upper - robust.space.lower
         self.scale = float(today.sigma_sum[0]) or 1.0
-        self.known: dict[bytes, tuple[RealArray, RealArray]] = {}
+        self.evaluated: dict[bytes, tuple[RealArray, RealArray]] = {}
 
     def at(self, place: RealArray) -> tuple[RealArray, RealArray]:
         """Return mean sum, sigma sum and mean of each response over the scale, and gradients."""
-        if place.tobytes() not in self.known and self.exact:
+        if place.tobytes() not in self.evaluated and self.exact:
             design = self.lower + place * self.span
             sums, slopes = objectives_and_gradients(self.robust, design, each_mean=True)
             gradient = np.ascontiguousarray(slopes * self.span / self.scale)
-            self.known = {place.tobytes(): (sums / self.scale, gradient)}
-        if place.tobytes() not in self.known:
+            self.evaluated = {place.tobytes(): (sums / self.scale, gradient)}
+        if place.tobytes() not in self.evaluated:
             moves = STEP * np.eye(len(place))
             places = np.vstack([place, place + moves, place - moves])
             values = self.robust(self.lower + places * self.span)
@@ -266,8 +266,8 @@ class _Goal:
             up, down = np.split(sums[1:], 2)
             # contiguous: SLSQP reads a strided row as if it were not
             gradient = np.ascontiguousarray(((up - down) / (2.0 * STEP)).T)
-            self.known = {place.tobytes(): (sums[0], gradient)}
-        return self.known[place.tobytes()]
+            self.evaluated = {place.tobytes(): (sums[0], gradient)}
+        return self.evaluated[place.tobytes()]
 
     def descend(self, name: Pick, start: RealArray) -> RealArray:
         """Return the design where the search for one pick ends."""

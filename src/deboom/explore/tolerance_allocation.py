@@ -464,11 +464,11 @@ class FreeTolerances(RobustEvaluation):
     def price(self, design: RealArray) -> float:
         """Return the price of a design's tolerances over that of today's [1]."""
         places = [place for group in self.groups.values() for place in group]
-        today, asked = self.robust.space.tolerance[places], self.tolerance(design)[places]
+        today, tolerance = self.robust.space.tolerance[places], self.tolerance(design)[places]
         cost = ToleranceCost(
             tuple(self.robust.space.names[place] for place in places), np.ones(len(places)), today
         )
-        return float(cost.each(asked).mean())
+        return float(cost.each(tolerance).mean())
 
     def __call__(self, designs: RealArray) -> RobustValues:
         """Return the values of the designs, shape (n, k + number of groups)."""

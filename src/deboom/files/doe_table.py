@@ -21,8 +21,23 @@ from deboom.files.tables import Columns, name_and_unit, number_in, read_columns,
 from deboom.files.units import Unit, parse_unit
 
 BOOKKEEPING = {
-    *("id", "rid", "m", "#", "design", "design id", "doe", "plan", "failure", "category"),
-    *("generation", "feasible", "time", "date", "remark", "note", "pareto"),
+    "id",
+    "rid",
+    "m",
+    "#",
+    "design",
+    "design id",
+    "doe",
+    "plan",
+    "failure",
+    "category",
+    "generation",
+    "feasible",
+    "time",
+    "date",
+    "remark",
+    "note",
+    "pareto",
 }
 """Columns of tables of designs that are neither variable nor response, in small letters."""
 

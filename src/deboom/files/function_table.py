@@ -41,7 +41,7 @@ from deboom.files.units import RANGES, Unit, parse_unit, refuse_beyond
 from deboom.measurement.channels import ADDED_DECAY, Frf, Spectrum
 from deboom.physics.order_tracking import frequency_of_order
 
-TABLE_ENDINGS = tuple(f".{one.value}" for one in FunctionFiles if one is not FunctionFiles.uff)
+TABLE_ENDINGS = tuple(f".{kind.value}" for kind in FunctionFiles if kind is not FunctionFiles.uff)
 """Files of functions that are tables; in any other, functions stand by node and direction."""
 
 

@@ -225,9 +225,9 @@ def _entries(path: Path, text: str) -> Iterator[_Entry]:
             yield _entry(path, number + 1, block, lines[number:end])
         number = end
     if not seen & _QUANTITIES.keys():
-        there = ", ".join(sorted(filter(None, seen))).lower() or "nothing"
+        kinds = ", ".join(sorted(filter(None, seen))).lower() or "nothing"
         raise InputError(
-            f"{path} holds {there}: punch displacements, velocities, accelerations or pressures of "
+            f"{path} holds {kinds}: punch displacements, velocities, accelerations or pressures of "
             "a frequency response (SOL 108 or 111, DISPLACEMENT(PUNCH)=...)"
         )
 

@@ -384,7 +384,7 @@ def _repeated(
     deviation = np.sqrt(noise**2 + np.einsum("foi,fi->fo", of_functions, of_hits))
     explained = np.einsum("fcp,fp->fc", matrix, force)
     again = explained + deviation * complex_normals((DRAWS, *deviation.shape), generator)
-    found = np.einsum("fpc,dfc->dfp", inverted.gain, again)
+    blocked_force = np.einsum("fpc,dfc->dfp", inverted.gain, again)
     # noise of the functions makes their matrix larger, and what is divided by it smaller
     normal = np.swapaxes(matrix.conj(), 1, 2) @ matrix
     n_indicator, n_load = matrix.shape[1:]
@@ -397,15 +397,15 @@ def _repeated(
     weakest = directions.eigenvectors[:, :, 0]
     shrinks = np.einsum("fp,fpq,fq->f", weakest.conj(), scaled[1], weakest).real
     attenuation = shrinks / directions.eigenvalues[:, 0]
-    found = found - shrunk
-    heard = np.einsum("fei,dfi->dfe", to_ears.values, found + shrunk)
+    blocked_force = blocked_force - shrunk
+    heard = np.einsum("fei,dfi->dfe", to_ears.values, blocked_force + shrunk)
     per_hit = _variance(test, test.pressure, test.pressure_coherence, rows, to_ears.outputs)
     at_ears = np.sqrt(np.einsum("foi,fi->fo", per_hit, of_hits))
     heard = heard + at_ears * complex_normals(heard.shape, generator)
     heard *= 1.0 + test.microphone * generator.standard_normal((DRAWS, 1, heard.shape[2]))
     # the hammer's errors are the same at all lines
     factor = 1.0 + test.tolerances.hammer_gain * generator.standard_normal(DRAWS)
-    moved = np.zeros_like(found)
+    moved = np.zeros_like(blocked_force)
     first = 0
     for point in test.points:
         n_load = len(point.motions)
@@ -414,7 +414,7 @@ def _repeated(
         moved[:, :, first : first + n_load] = change[:, :, :n_load]
         first += n_load
     return Repeated(
-        np.asarray(factor[:, np.newaxis, np.newaxis] * (found + moved)), heard, attenuation
+        np.asarray(factor[:, np.newaxis, np.newaxis] * (blocked_force + moved)), heard, attenuation
     )
 
 

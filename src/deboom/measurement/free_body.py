@@ -115,8 +115,8 @@ def free_body(
     >>> import numpy as np
     >>> lines = np.arange(20.0, 80.0)
     >>> accelerance = np.broadcast_to(np.diag([0.2, 0.2, 0.2, 50.0, 50.0, 40.0]), (60, 6, 6))
-    >>> found = free_body(lines, accelerance)
-    >>> print(f"{found.body.mass:.3f} kg, Jzz {found.body.inertia[2, 2]:.4f} kg m²")
+    >>> body = free_body(lines, accelerance)
+    >>> print(f"{body.body.mass:.3f} kg, Jzz {body.body.inertia[2, 2]:.4f} kg m²")
     5.000 kg, Jzz 0.0250 kg m²
     """
     values = np.asarray(accelerance, dtype=complex)

@@ -178,20 +178,22 @@ def rig_mount(
     """
     directions = []
     for place, axis in enumerate(AXES):
-        parts = [one for one in measured if np.isfinite(one.amplitude[:, place]).all()]
+        parts = [series for series in measured if np.isfinite(series.amplitude[:, place]).all()]
         if not parts:
             continue
-        sizes = [one.frequency.size for one in parts]
+        sizes = [series.frequency.size for series in parts]
         points = MapPoints(
-            preload=np.repeat([one.preload[place] for one in parts], sizes),
+            preload=np.repeat([series.preload[place] for series in parts], sizes),
             wheel_torque=np.zeros(sum(sizes)),
-            amplitude=np.concatenate([one.amplitude[:, place] for one in parts]),
-            frequency=np.concatenate([one.frequency for one in parts]),
-            dynamic_stiffness=np.concatenate([one.stiffness[:, place, place] for one in parts]),
-            confidence=np.concatenate([one.valid[:, place].astype(float) for one in parts]),
-            run=np.repeat(["+".join(one.runs) for one in parts], sizes),
+            amplitude=np.concatenate([series.amplitude[:, place] for series in parts]),
+            frequency=np.concatenate([series.frequency for series in parts]),
+            dynamic_stiffness=np.concatenate(
+                [series.stiffness[:, place, place] for series in parts]
+            ),
+            confidence=np.concatenate([series.valid[:, place].astype(float) for series in parts]),
+            run=np.repeat(["+".join(series.runs) for series in parts], sizes),
         )
         directions.append(CharacterisedDirection(axis, points, DirectionQuality(identified=False)))
     mount = Mount(identity.mount, title, ("",), ((0.0, 0.0, 0.0),), AXES)
-    valid = float(np.mean(np.concatenate([one.valid.ravel() for one in measured])))
+    valid = float(np.mean(np.concatenate([series.valid.ravel() for series in measured])))
     return CharacterisedMount(identity, mount, tuple(directions), {"valid lines [1]": valid})

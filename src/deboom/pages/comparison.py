@@ -326,7 +326,8 @@ def comparison_report(study: Comparison) -> Report:
     if len(study.pairs) == 1:
         report.tile(judged_pair.verdict.value, f"{first} against {second}")
     told = any(
-        study.best in pair and one.verdict is FrontVerdict.real for pair, one in study.pairs.items()
+        study.best in pair and entry.verdict is FrontVerdict.real
+        for pair, entry in study.pairs.items()
     )
     report.tile(
         study.best if told else "none",

@@ -119,7 +119,7 @@ def _paths(report: Report, view: PlatformFront) -> None:
                     of[f"imaginary, {state} [Pa]"] = values[k].imag
                     of[f"share, {state} [%]"] = share[k]
                 rows.append(of)
-            if peak is max(peaks, key=lambda one: one.level):
+            if peak is max(peaks, key=lambda entry: entry.level):
                 label = f"{vehicle}, {peak.frequency:g} Hz [%]"
                 groups = {
                     state: (share, np.minimum(share, 0.0), np.maximum(share, 0.0))
@@ -132,14 +132,14 @@ def _paths(report: Report, view: PlatformFront) -> None:
         return
     colours = mount_colours([mount.name for mount in view.platform.mounts])
     paint = [colours[mount_of(name)] for name in names]
-    loudest = [panel for _, panel in sorted(panels, key=lambda one: -one[0])[:PEAKS]]
+    loudest = [panel for _, panel in sorted(panels, key=lambda entry: -entry[0])[:PEAKS]]
     report.figure(
         "path_contributions",
         lambda: plot.interval_panels(names, loudest),
         "Each vehicle's loudest booming peak by path: part of each path along today's pressure, "
         "over today's pressure. Today's add up to 100 %; below 0 a path takes away.",
     )
-    _, vehicle, frequency, both = max(sums, key=lambda one: one[0])
+    _, vehicle, frequency, both = max(sums, key=lambda entry: entry[0])
     turned = np.exp(-1j * np.angle(both[0].sum()))
     report.figure(
         "vector_sum",
@@ -162,18 +162,18 @@ def _towards(values: ComplexArray, total: complex) -> RealArray:
 
 def _designs(report: Report, view: PlatformFront) -> None:
     """Show every evaluated design with both objectives, and the front over its variables."""
-    found, names, space = (
+    evaluated, names, space = (
         view.front.search.evaluated,
         list(view.front.variables),
         view.front.robust.space,
     )
     level, spread = "mean level in search [dB(A)]", "sigma in search [dB]"
-    columns = dict(zip((f"{name} [1]" for name in names), found.designs.T, strict=True))
+    columns = dict(zip((f"{name} [1]" for name in names), evaluated.designs.T, strict=True))
     columns |= {
-        level: found.mean_sum * view.front.per_line,
-        spread: found.sigma_sum * view.front.per_line,
+        level: evaluated.mean_sum * view.front.per_line,
+        spread: evaluated.sigma_sum * view.front.per_line,
     }
-    for vehicle, mean in zip(view.fleet.vehicles, found.mean.T, strict=True):
+    for vehicle, mean in zip(view.fleet.vehicles, evaluated.mean.T, strict=True):
         columns[f"{vehicle} in search [dB(A)]"] = mean / view.index.n_lines
     table = pd.DataFrame(columns)
     report.table("evaluated", table)
@@ -228,8 +228,8 @@ def _distributions(report: Report, view: PlatformFront) -> None:
     names = list(front.named_designs)
     sets = front.judge.by_set(np.stack(list(front.named_designs.values())))
     strips = {
-        level: np.stack([one.mean_sum for one in sets], axis=1) * front.per_line,
-        spread: np.stack([one.sigma_sum for one in sets], axis=1) * front.per_line,
+        level: np.stack([values.mean_sum for values in sets], axis=1) * front.per_line,
+        spread: np.stack([values.sigma_sum for values in sets], axis=1) * front.per_line,
     }
     report.figure(
         "verification_sets",

@@ -72,19 +72,19 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
 
     - `inputs`: files that were read.
     """
-    found, model = first.identification, first.identification.calibrated.model
+    identification, model = first.identification, first.identification.calibrated.model
     report = Report(
-        f"Identified compressor: {found.test.name}",
+        f"Identified compressor: {identification.test.name}",
         "Which mass, centre of gravity, inertia, mount stiffness and rubber explain the hammer "
         "test of a compressor in its vehicle, and how far may each be believed?",
     )
     report.tile(f"{model.mass:.3f} kg", "mass")
-    chi = found.calibrated.reduced_chi
+    chi = identification.calibrated.reduced_chi
     report.tile(f"{chi:.2f}", f"residuals over noise; alarm above {ALARM:g}")
     place = ", ".join(f"{1e3 * value:.1f}".replace("-", "−") for value in model.centre)
     report.tile(f"{place} mm", "centre of gravity, axes of the position sheet")
-    report.warn(*found.alarms)
-    if found.test.weighed_mass is None:
+    report.warn(*identification.alarms)
+    if identification.test.weighed_mass is None:
         report.warn(
             "The compressor was not weighed: its mass, inertia and stiffness are known no better "
             "than the ratio of hammer and accelerometers. Weigh it."
@@ -93,7 +93,7 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
         report.warn(first.identical.statement)
     report.summary["mass_kg"] = model.mass
     if first.truth is not None:
-        error = errors_of(found, first.truth)
+        error = errors_of(identification, first.truth)
         report.summary |= {
             "cog_error_mm": 1e3 * error.centre,
             "inertia_error_percent": 100 * error.inertia,
@@ -106,13 +106,13 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
     condition = condition_at_100_hz(first)
     report.summary |= {
         "reduced_chi2": chi**2,
-        "n_alarms": len(found.alarms),
+        "n_alarms": len(identification.alarms),
         "condition_scaled_100hz": condition,
         "seconds": first.seconds,
     }
-    report.facts["characteristic_length_m"] = found.length
+    report.facts["characteristic_length_m"] = identification.length
     report.inputs += inputs
-    report.document(MODEL_FILE, compressor_document(found, first.inputs_sha256))
+    report.document(MODEL_FILE, compressor_document(identification, first.inputs_sha256))
 
     _asked(report, first)
     _identified(report, first)
@@ -128,8 +128,8 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
 
 def _asked(report: Report, first: IdentifiedTest) -> None:
     """Say what was asked, and with which data."""
-    found, test = first.identification, first.identification.test
-    bands = " and ".join(f"{low:g}–{high:g} Hz" for low, high in found.options.bands)
+    identification, test = first.identification, first.identification.test
+    bands = " and ".join(f"{low:g}–{high:g} Hz" for low, high in identification.options.bands)
     weighed = "It was not weighed."
     if test.weighed_mass is not None:
         weighed = (
@@ -140,11 +140,11 @@ def _asked(report: Report, first: IdentifiedTest) -> None:
         f"{len(test.sensors)} triaxial accelerometers and {len(test.impacts)} impacts of a roving "
         f"hammer, {test.n_averages} hits each: {test.frf.values[0].size} FRFs, "
         f"{test.frf.frequency.size} lines from {test.frf.frequency[0]:g} to "
-        f"{test.frf.frequency[-1]:g} Hz. {weighed} {np.count_nonzero(found.fitted)} lines in "
-        f"{bands} were fitted.\n\nThe compressor is a rigid body on mounts without rotational "
+        f"{test.frf.frequency[-1]:g} Hz. {weighed} {np.count_nonzero(identification.fitted)} lines "
+        f"in {bands} were fitted.\n\nThe compressor is a rigid body on mounts without rotational "
         "stiffness of their own: 10 numbers of mass, 20 of stiffness at the virtual point, 5 of "
         "the rubber's gain. Gains, places and angles of all sensors and impacts "
-        f"({found.calibrated.errors.size} numbers) are unknowns as well, held by their "
+        f"({identification.calibrated.errors.size} numbers) are unknowns as well, held by their "
         "tolerances: self-calibration. The start is linear and needs no drawing.",
         folded=True,
     )
@@ -152,25 +152,25 @@ def _asked(report: Report, first: IdentifiedTest) -> None:
 
 def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
     """Say whether the test is sound."""
-    found, lines, length = (
+    identification, lines, length = (
         test.identification,
         test.identification.inertance.frequency,
         test.identification.length,
     )
     report.section(
         "Is the test sound?",
-        f"{found.rigid.statement}\n\nThe condition number of the inertance near 100 Hz is "
+        f"{identification.rigid.statement}\n\nThe condition number of the inertance near 100 Hz is "
         f"{condition:.1f}, with rotations counted as motion at the characteristic length of "
         f"{1e3 * length:.0f} mm, the radius of gyration. In SI units it is "
         "nothing but mass over the smallest moment of inertia: the thesis's 450 above 50 Hz says "
         "nothing of the quality of a measurement or of its inversion.",
     )
-    sheet = found.inertance.values
+    sheet = identification.inertance.values
     report.figure(
         "figure_53_inertance",
         lambda: inertance_figure(
             lines,
-            {SHEET: sheet, MODEL: found.calibrated.model.inertance(lines)},
+            {SHEET: sheet, MODEL: identification.calibrated.model.inertance(lines)},
             test.identification.options.bands,
         ),
         "Inertance at the virtual point (thesis, figure 53): response in rows, "
@@ -178,7 +178,7 @@ def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
         "diagonal entries, the misplacement of sensors and impacts leaks from the large "
         "entries into the small ones; noise is the ragged part.",
     )
-    checks = pd.DataFrame(quality_table(found.quality))
+    checks = pd.DataFrame(quality_table(identification.quality))
     report.table(
         "quality",
         checks,
@@ -207,7 +207,7 @@ def inertance_figure(
 
 def _identified(report: Report, test: IdentifiedTest) -> None:
     """Show the identified numbers, the gain and the modes."""
-    found = test.identification
+    identification = test.identification
     truth = " The truth of the virtual compressor is for comparison only." if test.truth else ""
     report.section(
         "The identified compressor",
@@ -224,8 +224,10 @@ def _identified(report: Report, test: IdentifiedTest) -> None:
         "is the loss that causality ties to the rise of the real part; a rubber several times "
         "off would not be plausible.",
     )
-    parameters = found.table.rename(columns={"quantity": "parameter", "value": "identified"})
-    start = quantities(found.point.parametrisation.model(found.start)).values
+    parameters = identification.table.rename(
+        columns={"quantity": "parameter", "value": "identified"}
+    )
+    start = quantities(identification.point.parametrisation.model(identification.start)).values
     parameters.insert(2, "start", start)
     if test.truth is not None:
         parameters["truth"] = quantities(test.truth.model).values
@@ -238,14 +240,16 @@ def _identified(report: Report, test: IdentifiedTest) -> None:
         shown=in_words(parameters[~coupling]),
     )
     energy = {
-        f"energy {motion} [%]": 100 * found.modes.energy[row]
+        f"energy {motion} [%]": 100 * identification.modes.energy[row]
         for row, motion in enumerate(("x", "y", "z", "rx", "ry", "rz"))
     }
-    leading = [f"{number}, mainly {name}" for number, name in enumerate(found.modes.leading, 1)]
+    leading = [
+        f"{number}, mainly {name}" for number, name in enumerate(identification.modes.leading, 1)
+    ]
     modes = {
         "mode": leading,
-        "frequency [Hz]": found.modes.frequency,
-        "loss factor [1]": found.modes.loss_factor,
+        "frequency [Hz]": identification.modes.frequency,
+        "loss factor [1]": identification.modes.loss_factor,
         **energy,
     }
     report.table(
@@ -259,12 +263,12 @@ def _identified(report: Report, test: IdentifiedTest) -> None:
 
 def _gain_figure(test: IdentifiedTest) -> Figure:
     """Draw both parts of the gain, 1 at the reference, with their 95 % interval and the truth."""
-    found = test.identification
-    lines = found.inertance.frequency
-    gain = found.calibrated.model.gain
+    identification = test.identification
+    lines = identification.inertance.frequency
+    gain = identification.calibrated.model.gain
     scale = gain.real.at(REFERENCE_FREQUENCY)
     identified = gain.at(lines) / scale
-    deviation = gain_deviation(found.calibrated, lines)
+    deviation = gain_deviation(identification.calibrated, lines)
     before = gain_from_parameters(START_GAIN, REFERENCE_FREQUENCY).at(lines)
     panels = []
     for title, part in (("Re v: stiffness", np.real), ("Im v: damping", np.imag)):
@@ -313,19 +317,19 @@ def _compared(report: Report, test: IdentifiedTest) -> None:
 
 def _likeness(test: IdentifiedTest) -> Figure:
     """Draw figure 55 of the thesis."""
-    found, lines = test.identification, test.identification.inertance.frequency
-    model = found.calibrated.model.inertance(lines)
+    identification, lines = test.identification, test.identification.inertance.frequency
+    model = identification.calibrated.model.inertance(lines)
     maps = []
     try:
         numbers = tuple(str(number) for number in range(1, 7))
-        likeness = modal_likeness(found)
+        likeness = modal_likeness(identification)
         maps.append(
             plot.HeatMap("Modes, MAC", numbers, numbers, likeness, "linear estimate", "identified")
         )
     except InputError:  # the linear estimate has no modes: nothing to compare
         pass
     for low, high in test.identification.options.bands:
-        alike = frac(found.inertance.values, model, lines, (low, high))
+        alike = frac(identification.inertance.values, model, lines, (low, high))
         title = f"FRAC, inertance, {low:g}–{high:g} Hz"
         maps.append(plot.HeatMap(title, MOTIONS, MOTIONS, alike, "", "excitation"))
     return plot.heat_maps(maps)
@@ -333,8 +337,8 @@ def _likeness(test: IdentifiedTest) -> Figure:
 
 def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
     """Draw figures 56 to 59, 66 and 67 of the thesis, and write what they show."""
-    found, lines = test.identification, test.identification.inertance.frequency
-    model = found.calibrated.model
+    identification, lines = test.identification, test.identification.inertance.frequency
+    model = identification.calibrated.model
     report.section(
         "Apparent mass, entry by entry",
         "The apparent mass is the inverse of the inertance: what accelerations of the running "
@@ -343,11 +347,14 @@ def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
         "fault of the inversion is misplacement. apparent_mass.csv has all entries.",
         folded=True,
     )
-    shown = {"SI units": 1.0, f"rotations times {1e3 * found.length:.0f} mm": found.length}
+    shown = {
+        "SI units": 1.0,
+        f"rotations times {1e3 * identification.length:.0f} mm": identification.length,
+    }
     condition = plot.CurvePanel(
         "Condition number of the inertance",
         lines,
-        {name: condition_numbers(found, length) for name, length in shown.items()},
+        {name: condition_numbers(identification, length) for name, length in shown.items()},
         y_label="condition number [1]",
         levels={"450, the thesis": 450.0},
         logarithmic=True,
@@ -361,8 +368,8 @@ def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
         "all that moves.",
     )
     inertance = {
-        SHEET: found.inertance.values,
-        CALIBRATED: calibrated_inertance(found),
+        SHEET: identification.inertance.values,
+        CALIBRATED: calibrated_inertance(identification),
         MODEL: model.inertance(lines),
     }
     mass: dict[str, ComplexArray] = {
@@ -389,7 +396,7 @@ def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
                 panels,
                 columns=3,
                 dashed=(MODEL,),
-                fitted=found.options.bands,
+                fitted=identification.options.bands,
                 log_frequency=True,
             ),
             f"{what}: inertance and apparent mass, real and imaginary part.",
@@ -425,7 +432,7 @@ def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
             what="|apparent mass|",
             reading=OF_MASS,
             dashed=(MODEL,),
-            fitted=found.options.bands,
+            fitted=identification.options.bands,
             logarithmic=True,
         ),
         "Magnitude of the apparent mass, by the places of the sheet, by calibrated places and "
@@ -473,8 +480,8 @@ def apparent_mass_table(lines: RealArray, mass: Mapping[str, ComplexArray]) -> p
 
 def _limits(report: Report, test: IdentifiedTest) -> None:
     """Say which parameters are seen, which are not, and which come from what was known before."""
-    found, thesis = test.identification, test.thesis
-    dominated = found.knowledge.prior_dominated
+    identification, thesis = test.identification, test.thesis
+    dominated = identification.knowledge.prior_dominated
     names = f"Of them {', '.join(dominated)} come" if dominated else "None of them comes"
     report.section(
         "What this test can and cannot say",
@@ -517,7 +524,7 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
             "Changes that leave every FRF as it is.",
         )
         identifiability = identifiability_table(test, thesis)
-    pairs = found.knowledge.strong_correlations
+    pairs = identification.knowledge.strong_correlations
     correlations = pd.DataFrame(pairs, columns=["parameter", "and", "correlation [1]"])
     report.table("correlations", correlations)
     if thesis is not None:

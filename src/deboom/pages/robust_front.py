@@ -453,9 +453,9 @@ def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
     mine = motion_name(view.index)
     motions = {mine: view.front, "prescribed": prescribed}
     tables = []
-    for found, searched in motions.items():
+    for motion, searched in motions.items():
         designs = np.stack(list(searched.pick_designs.values()))
-        table: dict[str, object] = {"pick": list(searched.picks), "found with": found}
+        table: dict[str, object] = {"pick": list(searched.picks), "found with": motion}
         for judge, other in motions.items():
             values, today = other.judge(designs), other.baseline
             change = (values.mean_sum - today.mean_sum[0]) * view.front.per_line
@@ -464,13 +464,13 @@ def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
         tables.append(pd.DataFrame(table))
     whole = pd.concat(tables, ignore_index=True)
     best = whole[whole["pick"] == Pick.best_mean][[f"{judge} [dB]" for judge in motions]]
-    (own, _), (real, promised) = best.to_numpy(float)
+    (gain, _), (real, promised) = best.to_numpy(float)
     same = same_designs(prescribed.model, view.index, view.front.robust.space)
     report.text(
         f"Here the powertrain answers a design ({mine} motion); prescribed motion leaves it as "
         f"measured. Prescribed motion expects {signed(promised, 1)} dB of its own best-mean, of "
         f"which {mine} motion expects {signed(real, 1)} dB; the best-mean of {mine} motion brings "
-        f"{signed(own, 1)} dB. Both rank designs alike (correlation "
+        f"{signed(gain, 1)} dB. Both rank designs alike (correlation "
         f"{same['correlation [1]'].min():.3f} or more), and prescribed motion expects "
         f"{PERCENT / same['slope [1]'].max():.0f} to {PERCENT / same['slope [1]'].min():.0f} % of "
         "each change, because it leaves out that a softer mount lets the powertrain move otherwise."
@@ -482,7 +482,7 @@ def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
     )
     report.table("same_designs", same)
     report.summary |= {
-        "benefit_db": -own,
+        "benefit_db": -gain,
         "benefit_prescribed_db": -real,
         "promised_prescribed_db": -promised,
         "r_min": float(same["correlation [1]"].min()),

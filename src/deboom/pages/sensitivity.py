@@ -164,12 +164,12 @@ class Sensitivity:
         return ranked(self.indices)
 
 
-def ranked(found: SobolIndices) -> dict[str, tuple[str, ...]]:
+def ranked(indices: SobolIndices) -> dict[str, tuple[str, ...]]:
     """Return the factors of each output by falling total index."""
-    order = np.argsort(-found.total, axis=0, kind="stable")
+    order = np.argsort(-indices.total, axis=0, kind="stable")
     return {
-        output: tuple(found.factors[place] for place in places)
-        for output, places in zip(found.outputs, order.T, strict=True)
+        output: tuple(indices.factors[place] for place in places)
+        for output, places in zip(indices.outputs, order.T, strict=True)
     }
 
 
@@ -209,7 +209,7 @@ def sensitivity(
     values = _evaluated(jobs, progress)
 
     analyse = partial(sobol_indices, outputs=names, seed=plan.seed, n_resamples=plan.n_resamples)
-    found = analyse(values[label], inputs.factors)
+    analysis = analyse(values[label], inputs.factors)
     by_mount = analyse(values[MOUNTS], grouped.factors) if grouped is not None else None
     indices = partial(
         fast_sobol_indices, factors=inputs.factors, seed=plan.seed, n_resamples=plan.n_resamples
@@ -231,7 +231,7 @@ def sensitivity(
         plan=plan,
         label=label,
         inputs=inputs,
-        indices=found,
+        indices=analysis,
         by_mount=by_mount,
         beside=beside,
         lines=indices(values[LINES], outputs=lines),
@@ -276,34 +276,34 @@ NEGLIGIBLE = 0.005
 """Total index, with its interval, below which a variable may be left out [1]."""
 
 
-def index_table(found: SobolIndices, factor: str) -> pd.DataFrame:
+def index_table(indices: SobolIndices, factor: str) -> pd.DataFrame:
     """One row per vehicle and factor: first, total and interaction share with their intervals.
 
-    - `found`: of the vehicles.
+    - `indices`: of the vehicles.
     - `factor`: heading of the column of factors, such as ``variable``.
     """
-    rank = 1 + np.argsort(np.argsort(-found.total, axis=0, kind="stable"), axis=0, kind="stable")
+    rank = 1 + np.argsort(np.argsort(-indices.total, axis=0, kind="stable"), axis=0, kind="stable")
     return pd.DataFrame(
         {
-            **_keys(found.outputs, **{factor: found.factors}),
-            "first order [1]": _long(found.first),
-            "first order interval ± [1]": _long(found.first_interval),
-            "total [1]": _long(found.total),
-            "total interval ± [1]": _long(found.total_interval),
-            "interaction [1]": _long(found.interaction),
-            "interaction interval ± [1]": _long(found.interaction_interval),
+            **_keys(indices.outputs, **{factor: indices.factors}),
+            "first order [1]": _long(indices.first),
+            "first order interval ± [1]": _long(indices.first_interval),
+            "total [1]": _long(indices.total),
+            "total interval ± [1]": _long(indices.total_interval),
+            "interaction [1]": _long(indices.interaction),
+            "interaction interval ± [1]": _long(indices.interaction_interval),
             "rank": _long(rank),
-            "zero": _zeros(found),
+            "zero": _zeros(indices),
         }
     )
 
 
-def _zeros(found: SobolIndices) -> list[str]:
+def _zeros(indices: SobolIndices) -> list[str]:
     """Name the indices of each row that are not above their intervals."""
     kinds = {
-        "first order": _long(found.first <= found.first_interval),
-        "total": _long(found.zero),
-        "interaction": _long(found.interaction <= found.interaction_interval),
+        "first order": _long(indices.first <= indices.first_interval),
+        "total": _long(indices.zero),
+        "interaction": _long(indices.interaction <= indices.interaction_interval),
     }
     return [
         ", ".join(name for name, flag in zip(kinds, flags, strict=True) if flag)
@@ -315,25 +315,25 @@ def beside_table(study: Sensitivity) -> pd.DataFrame:
     """One row per vehicle and variable: the total index in every analysis."""
     every = {study.label: study.indices, **study.beside}
     columns = {}
-    for label, found in every.items():
-        columns[f"total, {label} [1]"] = _long(found.total)
-        columns[f"interval ±, {label} [1]"] = _long(found.total_interval)
+    for label, indices in every.items():
+        columns[f"total, {label} [1]"] = _long(indices.total)
+        columns[f"interval ±, {label} [1]"] = _long(indices.total_interval)
     return pd.DataFrame({**_keys(study.vehicles, variable=study.variables), **columns})
 
 
-def pair_table(found: PairIndices) -> pd.DataFrame:
+def pair_table(indices: PairIndices) -> pd.DataFrame:
     """One row per vehicle and two variables, the strongest pairs of each vehicle first."""
-    rows, columns = np.triu_indices(len(found.factors), 1)
+    rows, columns = np.triu_indices(len(indices.factors), 1)
     parts = []
-    for place, vehicle in enumerate(found.outputs):
+    for place, vehicle in enumerate(indices.outputs):
         second, interval = (
-            values[rows, columns, place] for values in (found.second, found.second_interval)
+            values[rows, columns, place] for values in (indices.second, indices.second_interval)
         )
         part = pd.DataFrame(
             {
                 "vehicle": vehicle,
-                "variable": [found.factors[row] for row in rows],
-                "with": [found.factors[column] for column in columns],
+                "variable": [indices.factors[row] for row in rows],
+                "with": [indices.factors[column] for column in columns],
                 "second order [1]": second,
                 "second order interval ± [1]": interval,
                 "zero": np.where(second <= interval, "second order", ""),
@@ -348,9 +348,9 @@ def motion_table(study: Sensitivity) -> pd.DataFrame:
     assert study.prescribed is not None
     both = {motion_name(study.index): study.indices, "prescribed": study.prescribed}
     columns = {}
-    for name, found in both.items():
-        columns[f"total, {name} [1]"] = _long(found.total)
-        columns[f"interval ±, {name} [1]"] = _long(found.total_interval)
+    for name, indices in both.items():
+        columns[f"total, {name} [1]"] = _long(indices.total)
+        columns[f"interval ±, {name} [1]"] = _long(indices.total_interval)
     return pd.DataFrame({**_keys(study.vehicles, variable=study.variables), **columns})
 
 
@@ -596,10 +596,10 @@ def _prescribed(report: Report, study: Sensitivity) -> None:
     orders = (study.ranking, ranked(study.prescribed))
     words = []
     for vehicle in study.vehicles:
-        here, there = (", ".join(order[vehicle][:LEADING]) for order in orders)
+        here, prescribed_order = (", ".join(order[vehicle][:LEADING]) for order in orders)
         words.append(
-            f"{vehicle}: {here}; prescribed {there}."
-            if here != there
+            f"{vehicle}: {here}; prescribed {prescribed_order}."
+            if here != prescribed_order
             else f"{vehicle}: {here}, in both."
         )
     report.section(
@@ -621,7 +621,7 @@ def _prescribed(report: Report, study: Sensitivity) -> None:
 
 def _headed(study: Sensitivity) -> Report:
     """Begin the report: its tiles, and what was asked."""
-    found, plan, frequency = study.indices, study.plan, study.index.frequency
+    indices, plan, frequency = study.indices, study.plan, study.index.frequency
     motion = motion_report(study.index, np.ones((1, len(study.variables))))
     report = Report(
         "Which stiffness matters",
@@ -643,9 +643,9 @@ def _headed(study: Sensitivity) -> Report:
         f"Analysis: {plan.analysis.value}. {_meaning(study)} Vehicles: {listed(study.vehicles)}. "
         f"Load cases: {', '.join(study.index.load_case_names)}. Lines: {frequency.size}, engine "
         f"order {_order(study):g}.\n\n"
-        f"{found.n_base} base points of a scrambled Sobol sequence, {study.n_runs} designs "
-        f"evaluated in all; intervals from {found.n_resamples} bootstrap resamples. The tables are "
-        "SALib's; lines come from its estimators in vectorised form.",
+        f"{indices.n_base} base points of a scrambled Sobol sequence, {study.n_runs} designs "
+        f"evaluated in all; intervals from {indices.n_resamples} bootstrap resamples. The tables "
+        "are SALib's; lines come from its estimators in vectorised form.",
         folded=True,
     )
     return report
@@ -680,13 +680,13 @@ def _line_map(study: Sensitivity) -> Figure:
     return line_maps(lines, order, study.variables, maps, columns=2)
 
 
-def _panels(found: SobolIndices) -> list[IntervalPanel]:
+def _panels(indices: SobolIndices) -> list[IntervalPanel]:
     """Total indices with their intervals and those alone; what is not above its interval is 0."""
     panels = []
-    total = np.where(found.zero, 0.0, found.total)
-    half = np.where(found.zero, 0.0, found.total_interval)
-    alone = np.where(found.zero, 0.0, np.clip(found.first, 0.0, found.total))
-    for place, name in enumerate(found.outputs):
+    total = np.where(indices.zero, 0.0, indices.total)
+    half = np.where(indices.zero, 0.0, indices.total_interval)
+    alone = np.where(indices.zero, 0.0, np.clip(indices.first, 0.0, indices.total))
+    for place, name in enumerate(indices.outputs):
         values, first, reach = total[:, place], alone[:, place], half[:, place]
         groups = {
             "total, 95 % interval": (values, values - reach, values + reach),

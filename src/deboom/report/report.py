@@ -379,9 +379,9 @@ class Report:
         - raises InputError: a name that is taken.
         """
         self.sections += [
-            replace(one, title=f"{title} · {one.title}", folded=folded or one.folded)
-            for one in part.sections
-            if one.leads or not leading
+            replace(section, title=f"{title} · {section.title}", folded=folded or section.folded)
+            for section in part.sections
+            if section.leads or not leading
         ]
         if leading and part.verdict and not self.verdict:
             self.verdict, self.remarks = part.verdict, list(part.remarks)

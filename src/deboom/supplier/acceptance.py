@@ -27,8 +27,14 @@ MOST_SHOWN = 40
 """How many of the parts that do not pass the supplier's page lists at most."""
 ENGLISH: Literal["en", "de"] = "en"
 SUPPLIER_BATCHES = (
-    *("batch", "parts", "passed", "failed", "undecided"),
-    *("verdict", "inside_at_least", "reason"),
+    "batch",
+    "parts",
+    "passed",
+    "failed",
+    "undecided",
+    "verdict",
+    "inside_at_least",
+    "reason",
 )
 CAPABILITY = {
     "batch": "batch",

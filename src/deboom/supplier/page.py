@@ -27,8 +27,14 @@ from deboom.supplier.sources import (
 )
 
 TEST_ENDS = (
-    *("direction", "preload_n", "amplitude_mm", "frequency_hz"),
-    *("test_lower", "test_upper", "guarded_lower", "guarded_upper"),
+    "direction",
+    "preload_n",
+    "amplitude_mm",
+    "frequency_hz",
+    "test_lower",
+    "test_upper",
+    "guarded_lower",
+    "guarded_upper",
 )
 MOST_PANELS = 5
 """From so many panels on, static curves have a row of their own."""

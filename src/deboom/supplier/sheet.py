@@ -35,13 +35,29 @@ SHORT_HASH = 12
 MOVED = 0.005
 """Relative change from which a number of an older sheet counts as moved [1]."""
 RATIO = (
-    *("direction", "duty", "lower_share", "nominal_share", "upper_share"),
-    *("half_width", "loss_factor", "set_by_limit", "saving"),
+    "direction",
+    "duty",
+    "lower_share",
+    "nominal_share",
+    "upper_share",
+    "half_width",
+    "loss_factor",
+    "set_by_limit",
+    "saving",
 )
 """Columns of the data block that hold at every state."""
 AT_STATE = (
-    *("direction", "preload_n", "preload_mm", "amplitude_mm", "frequency_hz"),
-    *("lower", "nominal", "upper", "today", "today_half_width", "static_rate"),
+    "direction",
+    "preload_n",
+    "preload_mm",
+    "amplitude_mm",
+    "frequency_hz",
+    "lower",
+    "nominal",
+    "upper",
+    "today",
+    "today_half_width",
+    "static_rate",
 )
 """Columns that hold at the state that stands beside them."""
 

@@ -320,7 +320,7 @@ KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
         shipped("u06_f39_f45/programme.toml"),
         reader("files.acceptance:read_programme", "", ("EnM", "GeM", "TSM", "Du")),
     ),
-    "designs": (_designs, reader("files.doe_table:read_designs", "a.xlsx", SPACE)),
+    "designs": (_designs, reader("files.doe_table:read_plan", "a.xlsx", SPACE)),
     "search": (_search, _read_search),
     "front": (_front, command("listen", "@", "--seconds", "1", "--out", "@.out")),
 }

@@ -43,6 +43,13 @@ reason stands in the section's text or in [decisions.md](decisions.md). What is 
 draw). Below each section stand its command, its processor time and the hash of the code it rests
 on, comments, docstrings and `deboom.plot` apart. `DRAWS=4` draws four times as many.
 """
+OVERVIEW = """## What holds, and what does not
+
+| section | claims that hold | claims that do not |
+|---|---|---|
+"""
+NAMED = 2
+"""How many claims of a section that do not hold stand on the first screen."""
 OLDER = "*Measured on older sources: the code has changed since.*"
 FOOT = re.compile(r"`python benchmarks/validate\.py (\w+)`.*?(?:sources `(\w+)`)?$", re.M)
 
@@ -124,6 +131,7 @@ def marked(page: str) -> str:
     """Write a page anew, each section that rests on changed code marked, sections in order."""
     texts = []
     kept = sections_of(page)
+    rows = []
     for name in section_names():
         if name not in kept:
             continue
@@ -131,7 +139,22 @@ def marked(page: str) -> str:
         foot = FOOT.search(kept[name])
         older = "" if foot and foot[2] == fingerprint(name) else f"{OLDER}\n\n"
         texts.append(f"## {title}\n\n{older}{about}{kept[name][kept[name].index('| claim |') :]}")
-    return "\n".join([HEAD, *texts])
+        rows.append(_overview_row(title, kept[name]))
+    return "\n".join([HEAD, OVERVIEW + "\n".join(rows) + "\n", *texts])
+
+
+def _overview_row(title: str, section: str) -> str:
+    """Count the claims of a section that hold, and name those that do not."""
+    lines = re.findall(r"^\| (.*) \| (?:yes|\*\*no\*\*) \|$", section, flags=re.M)
+    missed = re.findall(r"^\| (.*?) \| .* \| \*\*no\*\* \|$", section, flags=re.M)
+    held = f"{len(lines) - len(missed)} of {len(lines)}"
+    more = [f"and {len(missed) - NAMED} more"] if len(missed) > NAMED else []
+    return f"| [{title}](#{_anchor(title)}) | {held} | {'; '.join(missed[:NAMED] + more)} |"
+
+
+def _anchor(title: str) -> str:
+    """Return the name by which pages link to a heading."""
+    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
 
 
 def _about(name: str) -> tuple[str, str]:

@@ -12,10 +12,22 @@ PAGE = validate.PAGE.read_text(encoding="utf-8")
 
 def test_the_page_is_what_the_command_writes_and_marks_what_is_older():
     assert validate.marked(PAGE) == PAGE, "run: python benchmarks/validate.py --mark"
-    rows = [line for line in PAGE.splitlines() if line.startswith("|")]
-    assert rows
-    assert [row for row in rows if len(re.findall(r"(?<!\\)\|", row)) != 5] == []
+    top, *sections = PAGE.split("\n## ")[1:]
+    for text, bars in ((top, 4), *((section, 5) for section in sections)):
+        rows = [line for line in text.splitlines() if line.startswith("|")]
+        assert rows
+        assert [row for row in rows if len(re.findall(r"(?<!\\)\|", row)) != bars] == []
     assert set(validate.sections_of(PAGE)) <= set(validate.section_names())
+
+
+def test_the_page_begins_with_what_holds_and_what_does_not():
+    top = PAGE.split("\n## ")[1]
+    counts = re.findall(r"^\| \[.*\]\(#.*\) \| (\d+) of (\d+) \| (.*)\|$", top, flags=re.M)
+    assert len(counts) == len(validate.sections_of(PAGE))
+    holds, misses = PAGE.count("| yes |\n"), PAGE.count("| **no** |\n")
+    assert sum(int(held) for held, _, _ in counts) == holds
+    assert sum(int(every) for _, every, _ in counts) == holds + misses
+    assert all(bool(missed.strip()) == (held != every) for held, every, missed in counts)
 
 
 @pytest.fixture

@@ -323,7 +323,9 @@ class Delivery(Tabled):
             part, factors = judged.part, {axis: judged.factors.get(axis, np.nan) for axis in axes}
             row: dict[str, object] = {"part": part.name, "batch": part.batch, "mount": part.mount}
             for axis, factor in factors.items():
-                today = self.demand.variable(f"{part.mount} {axis}").reference_stiffness_n_per_m
+                today = None
+                if axis in judged.factors:  # other mounts may have other axes
+                    today = self.demand.variable(f"{part.mount} {axis}").reference_stiffness_n_per_m
                 row[f"{axis} [N/mm]"] = MILLI * (np.nan if today is None else today) * factor
             row |= {f"{axis} over today's [1]": factor for axis, factor in factors.items()}
             rows.append(row | {"verdict": judged.verdict.value, "reason": judged.reason()})

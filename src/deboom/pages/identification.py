@@ -1,4 +1,4 @@
-"""The report on identified compressors, and the command ``identify``."""
+"""The report on an identified compressor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report on a running compressor, and the command ``unbalance``."""
+"""The report on the unbalance of a running compressor."""
 
 from __future__ import annotations
 

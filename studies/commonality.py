@@ -142,7 +142,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     problem, sharing, vehicles = shared.problem, shared.fewest.sharing, model.vehicles
     price = shared.price(shared.fewest)
     worst = vehicles[int(np.argmax(price))]
-    n_own = len(problem.part_names) * len(vehicles)
+    n_unshared = len(problem.part_names) * len(vehicles)
     one_set = float(shared.price(shared.by_count[0]).max())
     change = float((shared.fewest.levels - shared.today).mean())
 
@@ -157,7 +157,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     report.explain("booming noise", "SPLV", "stiffness factor", "tolerance")
     n_set = len(problem.part_names)
     report.tile(
-        f"{sharing.total}", f"part numbers; one set for all is {n_set}, one per vehicle {n_own}"
+        f"{sharing.total}",
+        f"part numbers; one set for all is {n_set}, one per vehicle {n_unshared}",
     )
     report.tile(f"{signed(float(price.mean()), 1)} dB", "mean price of sharing")
     report.tile(f"{signed(float(price.max()), 1)} dB", f"for {worst}, the worst")
@@ -177,7 +178,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     report.summary |= {
         "part_numbers_min": sharing.total,
         "part_numbers_lower_bound": shared.lower_bound,
-        "part_numbers_own": n_own,
+        "part_numbers_own": n_unshared,
         "price_db": float(price.mean()),
         "price_worst_db": float(price.max()),
         "price_worst_vehicle": worst,
@@ -211,7 +212,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     parts.insert(0, "vehicle", list(vehicles))
     report.answer(
         f"{total} part numbers serve all {len(vehicles)} vehicles (one set for all would be "
-        f"{n_set}, one per vehicle {n_own}): sharing costs {float(price.mean()):.1f} dB on "
+        f"{n_set}, one per vehicle {n_unshared}): sharing costs {float(price.mean()):.1f} dB on "
         f"average and {float(price.max()):.1f} dB in {worst}, the worst.",
         f"Against today's mounts the mean level changes by {signed(change, 1)} dB; "
         f"{PERCENT * float(shared.shares.min()):.0f} % or more of the cars of every vehicle keep "
@@ -235,7 +236,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         + ("" if len(shown) == len(vehicles) else f" The {len(shown)} that pay most."),
         wide=True,
     )
-    worth = _counts(shared, n_own).iloc[:, [0, -4, -3, -2]]
+    worth = _counts(shared, n_unshared).iloc[:, [0, -4, -3, -2]]
     report.panel(
         "What each count costs", Table(worth, "", {str(c): 1 for c in worth.columns[[1, 3]]})
     )
@@ -286,7 +287,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     report.table(
         "counts",
-        _counts(shared, n_own),
+        _counts(shared, n_unshared),
         f"Best sharing found for each count, with values that keep the worst vehicle low; those "
         f"of the chosen {total} were moved until all vehicles together are as quiet as their "
         "limits allow. The excess is beyond the limit, negative where room is left.",
@@ -413,7 +414,7 @@ def _part_numbers(shared: _Shared) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _counts(shared: _Shared, n_own: int) -> pd.DataFrame:
+def _counts(shared: _Shared, n_unshared: int) -> pd.DataFrame:
     """Tabulate every count of part numbers that is worth its numbers, and what it compares with."""
     problem = shared.problem
     chosen = shared.fewest.sharing.total
@@ -442,7 +443,7 @@ def _counts(shared: _Shared, n_own: int) -> pd.DataFrame:
         )
     rows.append(
         {
-            "part numbers": f"{n_own}, every vehicle its own",
+            "part numbers": f"{n_unshared}, every vehicle its own",
             **{f"of {mount}": len(problem.vehicles) for mount in problem.part_names},
             "worst price [dB]": 0.0,
             "mean price [dB]": 0.0,

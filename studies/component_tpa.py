@@ -194,7 +194,7 @@ def reported(measured: Measured, seconds: float) -> Report:
     report.warn(*result.doubts)
     report.summary |= _summary(measured, seconds)
     _headlines(report, measured)
-    _asked(report, result)
+    _procedure(report, result)
     _sound(report, result)
     _forces(report, measured)
     _on_board(report, result)
@@ -231,7 +231,7 @@ def _summary(measured: Measured, seconds: float) -> dict[str, float | int | str]
     heard = [moved for moved in measured.moved if moved.measured is not None]
     if heard:
         summary["receiver_sound_db"] = max(
-            float(np.abs(_moved_level(transfer)).max()) for transfer in heard
+            float(np.abs(moved_level(transfer)).max()) for transfer in heard
         )
     if measured.truth:
         errors, forces, sounds = zip(*(_against(measured, run) for run in runs), strict=True)
@@ -253,11 +253,21 @@ def _against(measured: Measured, run: RunTpa) -> tuple[float, float, float]:
     return 100 * float(error), 100 * float(forces.mean()), 100 * float(sounds.mean())
 
 
-def _moved_level(moved: InReceiver) -> RealArray:
-    """Level of predicted over measured energy at the ears of the other receiver [dB]."""
+def measured_lines(moved: InReceiver) -> ComplexArray:
+    """Pressure measured on the other receiver, on the lines of the prediction (f, n_ear) [Pa]."""
     assert moved.measured is not None
     lines = np.isin(np.round(moved.measured.frequency, 6), np.round(moved.sound.frequency, 6))
-    return level_difference(moved.sound.values, moved.measured.values[lines], 0)
+    if lines.sum() != moved.sound.frequency.size:
+        raise InputError(
+            f"{moved.receiver}: the spectra of run {moved.run} lack lines of the prediction: "
+            "record them on the same, nothing is interpolated"
+        )
+    return moved.measured.values[lines]
+
+
+def moved_level(moved: InReceiver) -> RealArray:
+    """Level of predicted over measured energy at the ears of the other receiver [dB]."""
+    return level_difference(moved.sound.values, measured_lines(moved), 0)
 
 
 def _headlines(report: Report, measured: Measured) -> None:
@@ -292,7 +302,7 @@ def _headlines(report: Report, measured: Measured) -> None:
         )
 
 
-def _asked(report: Report, result: ComponentTpa) -> None:
+def _procedure(report: Report, result: ComponentTpa) -> None:
     """Say what was asked, and with which data."""
     test = result.test
     points = "; ".join(f"{p.name} ({len(p.motions)} degrees of freedom)" for p in test.points)
@@ -630,9 +640,7 @@ def _receiver_panels(moved: Sequence[InReceiver]) -> plot.Figure:
         for column, ear in enumerate(transfer.sound.channels):
             curves = {PREDICTED: _level(transfer.sound.values[:, column])}
             if transfer.measured is not None:
-                curves[MEASURED] = _level(
-                    transfer.measured.values[: len(curves[PREDICTED]), column]
-                )
+                curves[MEASURED] = _level(measured_lines(transfer)[:, column])
             ends = (_level(interval.lower[:, column]), _level(interval.upper[:, column]))
             title = f"{transfer.run}, {ear}"
             panels.append(

@@ -72,11 +72,10 @@ from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import SearchOptions, report_limits
 from deboom.vehicles.fleet_front import FleetFront
+from deboom.vehicles.free_directions import NOTICEABLE
 
 STEPS = 8
 """Of `prepare`, for progress."""
-NOTICEABLE = 0.1
-"""Change of the mean level of the lines that counts as noticeable [dB]."""
 RISE = 1.0
 """Rise of a peak from which the page warns [dB]."""
 TRIED = 11

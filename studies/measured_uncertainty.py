@@ -194,14 +194,14 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         report.tile("nothing", f"to be measured for these vehicles: ±{half:.2f} dB is not heard")
     else:
         report.tile(f"−{gain:.0f} %", f"of the change's interval by: {nearest}")
-    next_one = (
+    next_measurement = (
         f"nothing needs to be measured for these vehicles (±{half:.2f} dB is not heard)"
         if enough
         else f"next measure: {nearest}, {gain:.0f} % narrower"
     )
     report.answer(
         f"{design} changes the mean level by {signed(float(change.value[place]), 1)} ± "
-        f"{half:.2f} dB in these vehicles (90 %); {next_one}.",
+        f"{half:.2f} dB in these vehicles (90 %); {next_measurement}.",
         f"For any vehicle and load case of the group: ± {series:.1f} dB; next measure: "
         f"{nearest_of_series}, {gain_of_series:.0f} % narrower."
         if scope == SERIES
@@ -221,8 +221,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
             "to [dB]": changes.upper[place],
         }
     )
-    one_digit = {"± [dB]": 1, "change [dB]": 1, "from [dB]": 1, "to [dB]": 1}
-    report.panel("Each vehicle", Table(each, "", one_digit), "90 % intervals.", wide=True)
+    decimals = {"± [dB]": 1, "change [dB]": 1, "from [dB]": 1, "to [dB]": 1}
+    report.panel("Each vehicle", Table(each, "", decimals), "90 % intervals.", wide=True)
     report.panel(
         "What to measure next",
         Table(

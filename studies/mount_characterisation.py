@@ -142,7 +142,7 @@ def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ..
     uncertainty.insert(2, "median |K| [N/mm]", uncertainty["direction"].map(stiffness))
     truth = truth_table(numbers) if has_truth else None
     _headlines(report, uncertainty, truth)
-    _asked(report, first)
+    _procedure(report, first)
     _accuracy(report, numbers, uncertainty, truth)
     if options.models:
         models = model_table(first)
@@ -188,7 +188,7 @@ def _headlines(report: Report, uncertainty: pd.DataFrame, truth: pd.DataFrame | 
         report.tile(f"{errors.max():.1f} %", f"the largest of them, {errors.idxmax()}")
 
 
-def _asked(report: Report, bench: CharacterisedBench) -> None:
+def _procedure(report: Report, bench: CharacterisedBench) -> None:
     """Say what was asked, and with which data."""
     first = bench.result
     gears = sorted({run.gear for run in first.runs})

@@ -446,15 +446,14 @@ def append_second_engine(report: Report, first: SecondEngine) -> None:
             "A direction that is not identified was measured with an error that its error budget "
             "puts beyond use; the forces of a second engine in it prove nothing."
         )
-    known_from = ", ".join(sorted({entry.identity.campaign for entry in first.mounts}))
+    campaigns = ", ".join(sorted({entry.identity.campaign for entry in first.mounts}))
     report.section(
         "A second engine",
-        f"Mounts characterised in {known_from} carry another engine in {first.campaign.name}, of "
+        f"Mounts characterised in {campaigns} carry another engine in {first.campaign.name}, of "
         f"order {first.campaign.order:g}. Its own motion and static forces with the surfaces give "
         "its forces, which are compared with those its cells measured. Unlike held-out runs of "
         "one campaign, engine, motion and sensors are others. Lines outside of the region in which "
-        "a "
-        "mount was measured are counted, and not predicted.",
+        "a mount was measured are counted, and not predicted.",
     )
     main = [n for n in first.predictions if n.endswith(f" {main_axis(first.mount_of(n))}")]
     report.figure(

@@ -39,6 +39,7 @@ from deboom.files.limits import mount_limits
 from deboom.pages.motion import report_runs
 from deboom.pages.platform_front import PlatformFront
 from deboom.pages.robust_front import front_report
+from deboom.plot.style import mount_of, signed
 from deboom.report import Report
 from deboom.runs.made_parts import MadeParts, ScatterOptions, report_parts
 from deboom.runs.options import Aim, Sampler, Seed, tolerance_sample
@@ -176,7 +177,7 @@ def _free_tolerances(report: Report, front: Front, options: Options) -> None:
     mounts: dict[str, list[str]] = {}
     for name, tolerance in zip(robust.space.names, robust.space.tolerance, strict=True):
         if tolerance > 0.0:
-            mounts.setdefault(name.split()[0], []).append(name)
+            mounts.setdefault(mount_of(name), []).append(name)
     free = FreeTolerances(robust, mounts, *TOLERANCE_BOUNDS)
     begin = np.array(
         [
@@ -203,7 +204,7 @@ def _free_tolerances(report: Report, front: Front, options: Options) -> None:
     tolerances = searched.designs[:, robust.space.n_variables :]
     columns = {
         "price over today's [1]": price,
-        "mean level against today [dB(A)]": level,
+        "mean level against today [dB]": level,
         "sigma against today [%]": spread,
     }
     columns |= {
@@ -225,8 +226,8 @@ def _free_tolerances(report: Report, front: Front, options: Options) -> None:
         f"The tolerance of each mount lies between ±{low} and ±{high} %, as a variable beside the "
         "stiffness factors, and its price, today's tolerance over it, is a third objective. The "
         "tighter ones cost most, the front says what they buy. At no higher price than today's it "
-        f"has a design with {best['sigma against today [%]']:+.0f} % of sigma and "
-        f"{best['mean level against today [dB(A)]']:+.1f} dB; its tolerances are "
+        f"has a design with {signed(best['sigma against today [%]'], 0)} % of sigma and "
+        f"{signed(best['mean level against today [dB]'], 1)} dB; its tolerances are "
         + ", ".join(f"{mount} ±{best[f'tolerance {mount} ± [%]']:.0f} %" for mount in mounts)
         + ".",
         folded=True,

@@ -151,10 +151,10 @@ def import_rig(
     from deboom.mounts.library import open_library
 
     rig = read_mount_rig(folder)
+    if table is not None:  # before the library, which an incomplete stiffness leaves as it is
+        write_stiffness(table, rig.stiffness[0])
     with open_library(library, create=True) as opened:
         opened.add([rig.campaign], [rig.mount], replace=replace)
-    if table is not None:
-        write_stiffness(table, rig.stiffness[0])
     typer.echo(_described(rig.mount))
 
 

@@ -14,6 +14,7 @@ from command_line import call, refused
 from deboom.errors import InputError
 from deboom.files.acceptance import (
     BoxResponse,
+    DeliveredPart,
     SheetDirection,
     SupplierSpecification,
     checksum,
@@ -89,6 +90,21 @@ def test_a_single_part_has_a_verdict_but_no_capability(tmp_path):
     assert batch.parts[0].verdict is PartVerdict.passed
     assert batch.capabilities == {}
     assert batch.verdict is PartVerdict.undecided
+
+
+def test_mounts_of_one_delivery_may_have_unlike_axes():
+    limited = {"reference_stiffness_n_per_m": 2e5}
+    names = ("TSM x", "EnM x", "EnM z")
+    box = acceptance_box(
+        [variable(name, 0.8, 1.0, **limited) for name in names], box_of().responses
+    )
+    parts = [
+        DeliveredPart("1", "B1", "TSM", {"x": 1.8e5}),
+        DeliveredPart("2", "B1", "EnM", {"x": 1.8e5, "z": 2.2e5}),
+    ]
+    table = judged_delivery(box, parts, None, 0.0, seed=1).table
+    assert table["verdict"].tolist() == ["pass", "fail"]
+    assert table["z [N/mm]"].isna().tolist() == [True, False]
 
 
 def test_copied_measurements_are_named(tmp_path):

@@ -13,10 +13,10 @@ import pytest
 
 from browser_samples import Browser
 from deboom.errors import InputError
-from deboom.runs.serve import serve_results
 
 pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
+from deboom.runs.serve import serve_results
 
 STUDY = Path(__file__).parents[2] / "benchmarks" / "quad2_front.py"
 DEBOOM = (sys.executable, "-m", "deboom")
@@ -52,7 +52,7 @@ def status_of(address, path, method="GET", cookie=True, **headers):
     parts = urlsplit(address)
     token = parts.query.removeprefix("token=")
     if cookie:
-        headers["Cookie"] = f"deboom={token}"
+        headers["Cookie"] = f"deboom{parts.port}={token}"
     connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=30)
     try:
         connection.request(method, path, headers=headers)
@@ -67,6 +67,7 @@ def test_a_run_and_its_pages_are_shown(address, results):
     (run,) = json.loads(text)["runs"]
     assert (status, run["study"], run["state"]) == (200, "quad2_front", "finished")
     assert run["options"]["generations"] == "4"
+    assert run["typed"] == (results / run["id"]).resolve().as_posix()
     page = run["pages"][0]
     assert page["title"] == "report"
     report = next(results.glob("*/*/report.html")).read_text(encoding="utf-8")
@@ -100,6 +101,15 @@ def test_whoever_may_not_ask_is_refused(address, path, request_, status):
     assert "root:" not in text
 
 
+def test_servers_of_one_computer_have_cookies_of_their_own(address):
+    parts = urlsplit(address)
+    connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=30)
+    connection.request("GET", f"/?{parts.query}")
+    cookie = connection.getresponse().headers["Set-Cookie"]
+    connection.close()
+    assert cookie.startswith(f"deboom{parts.port}=")
+
+
 def test_a_link_out_of_the_results_is_no_file(address, results):
     link = results / "link.txt"
     link.symlink_to(results.parent / "secret.txt")
@@ -114,7 +124,7 @@ def test_a_page_of_a_run_reaches_nothing(address, results):
     connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=30)
     name = next(results.glob("*/*/report.html")).relative_to(results).as_posix()
     token = parts.query.removeprefix("token=")
-    connection.request("GET", f"/files/{name}", headers={"Cookie": f"deboom={token}"})
+    connection.request("GET", f"/files/{name}", headers={"Cookie": f"deboom{parts.port}={token}"})
     answer = connection.getresponse()
     assert "connect-src 'none'" in answer.headers["Content-Security-Policy"]
     assert answer.headers["X-Content-Type-Options"] == "nosniff"
@@ -138,7 +148,7 @@ def test_a_running_search_grows_in_the_browser(address, results):
         assert "token" not in browser.value("location.href")
         assert browser.value("document.querySelectorAll('#runs tbody tr').length") == 2
         browser.value("document.querySelectorAll('#runs input').forEach(box => box.click())")
-        assert browser.text("#command").startswith("deboom compare results/quad2_front/")
+        assert browser.text("#command").startswith(f"deboom compare {results.as_posix()}/")
         browser.value("document.getElementById('words').value = 'generations\":\"4\"'")
         browser.value("document.getElementById('words').dispatchEvent(new Event('input'))")
         assert browser.value("document.querySelectorAll('#runs tbody tr').length") == 1

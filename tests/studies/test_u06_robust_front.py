@@ -177,6 +177,7 @@ def test_tolerances_may_be_variables_too(tmp_path):
     price = table["price over today's [1]"]
     tolerances = table.filter(regex="^tolerance")
     assert list(tolerances.columns) == [f"tolerance {m} ± [%]" for m in ("EnM", "GeM", "TSM", "Du")]
+    assert "mean level against today [dB]" in table
     assert tolerances.min().min() >= 5.0
     assert tolerances.max().max() <= 25.0
     directions = np.array([3, 3, 3, 3])

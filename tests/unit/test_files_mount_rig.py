@@ -123,3 +123,4 @@ def test_rigs_that_do_not_fit(tmp_path):
     alone = write_rig(tmp_path / "alone", "direct", axes="z")
     words = ("library", "rig", tmp_path / "one.db", alone, "--table", tmp_path / "k.csv")
     assert "do not excite all three axes" in call(*words, code=2).stderr
+    assert not (tmp_path / "one.db").exists()

@@ -10,11 +10,14 @@ from test_cli_platform import changed_toml, filled, made
 from command_line import call
 from deboom.bench.campaign import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.component import ComponentPlan
+from deboom.bench.component_writer import write_component_test
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
 from deboom.bench.electric_car_writer import write_electric_car
 from deboom.bench.operating_run import PlannedRun
 from deboom.bench.vehicle_writer import write_vehicle
+from deboom.choices import FolderKind
 from deboom.errors import InputError
 from deboom.files.check import check_folder
 from deboom.files.uff import read_uff, write_uff
@@ -54,11 +57,19 @@ FOLDERS = {
         lambda folder: write_electric_car(folder, 1),
         ["body_pressure", "sweep_1", "functions", "coherence", "geometry"],
     ),
+    "component": (
+        lambda folder: write_component_test(folder, plan=ComponentPlan(points=1, line_step=4.0)),
+        ["functions", "coherence", "ear_pressure", "run_1", "run_pressure", "geometry"],
+    ),
 }
 
 
-DRAWN = ("platform", "campaign")
+DRAWN = ("platform", "campaign", "component")
 """Folders whose pictures are drawn here; those of the others are of the same kinds."""
+
+
+def test_no_kind_of_folder_is_left_out():
+    assert set(FOLDERS) == {kind.value for kind in FolderKind}
 
 
 @pytest.mark.parametrize("kind", FOLDERS)

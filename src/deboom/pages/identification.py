@@ -1,4 +1,4 @@
-"""The report on identified compressors, and the command ``identify``."""
+"""The report on an identified compressor."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
     report.inputs += inputs
     report.document(MODEL_FILE, compressor_document(identification, first.inputs_sha256))
 
-    _asked(report, first)
+    _procedure(report, first)
     _identified(report, first)
     _sound(report, first, condition)
     _compared(report, first)
@@ -126,7 +126,7 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
     return report
 
 
-def _asked(report: Report, first: IdentifiedTest) -> None:
+def _procedure(report: Report, first: IdentifiedTest) -> None:
     """Say what was asked, and with which data."""
     identification, test = first.identification, first.identification.test
     bands = " and ".join(f"{low:g}–{high:g} Hz" for low, high in identification.options.bands)

@@ -15,6 +15,7 @@ from deboom.arrays import RealArray
 from deboom.choices import FolderKind
 from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign, read_time_run
 from deboom.files.check import check_folder
+from deboom.files.component_test import read_component_test
 from deboom.files.electric_car import read_electric_car
 from deboom.files.folders import FILES, kind_of_folder
 from deboom.files.hammer_test import read_hammer_test
@@ -49,15 +50,14 @@ def look_report(folder: Path) -> Report:
       in the numbers alone is a warning on the page.
     """
     kind = kind_of_folder(folder)
-    faults, waiting, summary = check_folder(folder)
+    faults, _waiting, summary = check_folder(folder)  # what waits is refused below
     report = Report(
         f"First look: {folder.resolve().name}", "What is in this folder, and does it look right?"
     )
     report.summary["n_faults"] = len(faults)
     report.tile(str(len(faults)), "faults that deboom check names")
-    drawn: list[Path] = []
     held = Report("", "")
-    drawn += _DRAWN[kind](held, folder)
+    drawn = _DRAWN[kind](held, folder)
     report.warn(*faults)
     lines = [line.partition("  ") for line in summary.splitlines()]
     table = pd.DataFrame(
@@ -75,7 +75,6 @@ def look_report(folder: Path) -> Report:
         report.sections.append(section)
     report.pictures |= held.pictures
     report.inputs = list(dict.fromkeys((folder / FILES[kind][0], *drawn)))
-    del waiting  # a folder that could not be read was refused above
     return report
 
 
@@ -323,6 +322,62 @@ def _car(report: Report, folder: Path) -> Sequence[Path]:
     return car.input_files
 
 
+def _component(report: Report, folder: Path) -> Sequence[Path]:
+    test = read_component_test(folder)
+    _functions(report, test.accelerance, test.coherence, "accelerance [(m/s²)/N]")
+    frf = test.pressure
+    panels = [
+        CurvePanel(
+            name,
+            frf.frequency,
+            dict(zip(frf.outputs, np.abs(frf.values[:, :, n]).T, strict=True)),
+            logarithmic=True,
+        )
+        for n, name in enumerate(frf.inputs)
+    ]
+    _section(
+        report,
+        "Functions to the ears",
+        "ear_pressure",
+        panels,
+        "Pressure at the ears per force, by impact.",
+        y_label="pressure over force [Pa/N]",
+    )
+    for number, run in enumerate(test.runs, 1):
+        _section(
+            report,
+            f"Run {run.name}: accelerations",
+            f"run_{number}",
+            _panels_of_sensors(run.acceleration),
+            "Accelerations while the source runs, by sensor. A channel far below its neighbours "
+            "is dead, or has another gain.",
+            y_label="acceleration, peak [m/s²]",
+            order=run.order or None,
+        )
+    _section(
+        report,
+        "Runs: pressures",
+        "run_pressure",
+        _panels_of({run.name: run.sound for run in test.runs}),
+        "Pressure at each ear, by run.",
+        y_label="pressure, peak [Pa]",
+    )
+    sensors = [sensor for point in test.points for sensor in point.sensors]
+    sensors += [*test.indicators, *test.on_board]
+    impacts = [impact for point in test.points for impact in point.impacts]
+    _geometry(
+        report,
+        {
+            "sensors": {sensor.name: sensor.position for sensor in sensors},
+            "impacts": {impact.name: impact.position for impact in impacts},
+            "impacts on the source": {hit.name: hit.position for hit in test.source_hits},
+            "points": {point.name: point.position for point in test.points},
+        },
+        "",
+    )
+    return test.input_files
+
+
 _DRAWN: Mapping[FolderKind, Callable[[Report, Path], Sequence[Path]]] = {
     FolderKind.platform: _platform,
     FolderKind.campaign: _campaign,
@@ -331,6 +386,7 @@ _DRAWN: Mapping[FolderKind, Callable[[Report, Path], Sequence[Path]]] = {
     FolderKind.hammer: _hammer,
     FolderKind.operation: _operation,
     FolderKind.car: _car,
+    FolderKind.component: _component,
 }
 
 
@@ -366,22 +422,23 @@ def _section(
 
 
 def _panels_of(spectra: Mapping[str, Spectrum]) -> list[CurvePanel]:
-    """Return a panel for each channel, with the magnitude of each spectrum that has it."""
-    first = next(iter(spectra.values()))
-    return [
-        CurvePanel(
-            channel,
-            first.frequency,
-            {
+    """Return a panel for each channel with the magnitudes of all spectra on the same lines."""
+    groups: dict[bytes, dict[str, Spectrum]] = {}
+    for name, spectrum in spectra.items():
+        groups.setdefault(spectrum.frequency.tobytes(), {})[name] = spectrum
+    panels = []
+    for group in groups.values():
+        first = next(iter(group.values()))
+        where = f", {', '.join(group)}" if len(groups) > 1 else ""
+        for channel in dict.fromkeys(c for spectrum in group.values() for c in spectrum.channels):
+            curves = {
                 name: np.abs(spectrum.values[:, spectrum.channels.index(channel)])
-                for name, spectrum in spectra.items()
+                for name, spectrum in group.items()
                 if channel in spectrum.channels
-                and np.array_equal(spectrum.frequency, first.frequency)
-            },
-            logarithmic=True,
-        )
-        for channel in first.channels
-    ]
+            }
+            title = f"{channel}{where}"
+            panels.append(CurvePanel(title, first.frequency, curves, logarithmic=True))
+    return panels
 
 
 def _panels_of_sensors(spectrum: Spectrum) -> list[CurvePanel]:

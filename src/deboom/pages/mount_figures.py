@@ -15,6 +15,7 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from deboom import plot
 from deboom.arrays import BoolArray, ComplexArray, RealArray
+from deboom.common import N_PER_MM
 from deboom.measurement.campaign import OperatingRun
 from deboom.measurement.force_transfer import ForceTransferMatrix
 from deboom.mounts.operating_map import OperatingMap, Preload
@@ -31,8 +32,6 @@ from deboom.plot import CurvePanel, PointMap
 from deboom.plot.style import VEHICLE_PALETTE
 from deboom.report import Report
 
-N_PER_MM = 1e-3
-"""From N/m to N/mm."""
 MM = 1e3
 """From m to mm."""
 SHOWN_POINTS = 400

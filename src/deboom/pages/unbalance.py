@@ -1,4 +1,4 @@
-"""The report on a running compressor, and the command ``unbalance``."""
+"""The report on the unbalance of a running compressor."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def unbalance_report(
         ),
     )
 
-    _asked(report, measured)
+    _procedure(report, measured)
     if measured.limits is not None:
         append_verdicts(report, measured, command)
     _unbalance(report, measured)
@@ -120,7 +120,7 @@ def unbalance_report(
     return report
 
 
-def _asked(report: Report, measured: MeasuredUnbalance) -> None:
+def _procedure(report: Report, measured: MeasuredUnbalance) -> None:
     """Say what was asked, and with which data."""
     evaluation = measured.evaluation
     apart = max(

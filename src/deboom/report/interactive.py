@@ -16,13 +16,12 @@ from dataclasses import dataclass, field
 from importlib.resources import files
 
 import numpy as np
-import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.report.live import LiveModel
 from deboom.report.report import Picture, rendered
 
-RealArray = npt.NDArray[np.float64]
 LEVEL_STEP = 0.01
 """Resolution of the levels in the page [dB]."""
 MAX_BYTES = 6_000_000

@@ -123,7 +123,7 @@ function runRow(run) {
   for (const page of run.pages.slice(0, 8)) links.append(element("a", page.title, { href: page.url }));
   links.append(element("a", "files", { href: `/files/${run.id.split("/").map(encodeURIComponent).join("/")}` }));
   if (run.picks.length)
-    links.append(element("code", `sheet from a design: deboom report results/${run.id} --supplier --design ${run.picks[0]}`));
+    links.append(element("code", `sheet from a design: deboom report ${run.typed} --supplier --design ${run.picks[0]}`));
   row.append(...cells, numbers, links);
   return row;
 }
@@ -137,7 +137,7 @@ function showSideBySide() {
   const compared = runs.filter(run => chosen.has(run.id));
   byId("side").hidden = compared.length < 2;
   if (compared.length < 2) return;
-  byId("command").textContent = `deboom compare ${compared.map(run => `results/${run.id}`).join(" ")}`;
+  byId("command").textContent = `deboom compare ${compared.map(run => run.typed).join(" ")}`;
   const head = element("tr");
   head.append(element("th", ""), ...compared.map(run => element("th", `${run.study}, ${run.started}`, { scope: "col" })));
   byId("differences").tHead.replaceChildren(head);

@@ -77,7 +77,7 @@ def characterise_into_library(
     # one thread: the matrices are too small to share
     with open_library(library, create=True) as opened, threadpool_limits(1):
         if not overwrite:
-            _refuse_known(opened, campaign.name, wanted)
+            _refuse_present(opened, campaign.name, wanted)
         progress(0, total, "measuring chains")
         chains = measuring_chains(campaign, options)
         results = []
@@ -106,7 +106,7 @@ def described(result: Characterisation) -> str:
     return "\n".join(lines)
 
 
-def _refuse_known(opened: MountLibrary, campaign: str, wanted: Sequence[str]) -> None:
+def _refuse_present(opened: MountLibrary, campaign: str, wanted: Sequence[str]) -> None:
     present = [
         identity for identity in opened.identities(campaign=campaign) if identity.variant in wanted
     ]

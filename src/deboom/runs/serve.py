@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import secrets
+import shlex
+import threading
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -44,7 +46,7 @@ _GUARDS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
-# A page of a results folder may come from elsewhere: it draws itself, and reaches nothing.
+# A page of a results folder may come from elsewhere: its scripts open no connection.
 _PAGE_GUARDS = {
     "Content-Security-Policy": "connect-src 'none'; form-action 'none'; frame-ancestors 'none'"
 }
@@ -111,10 +113,12 @@ class ResultsFolder:
 
     - `folder`: of all results.
     - `searches`: progress of each search that was looked at, so that a file is read once.
+    - `reading`: held while one is updated; several pages may ask at once.
     """
 
     folder: Path
-    searches: dict[Path, SearchProgress]
+    searches: dict[Path, SearchProgress] = field(default_factory=dict)
+    reading: threading.Lock = field(default_factory=threading.Lock)
 
     def runs(self) -> dict[str, Any]:
         """Return every run of the folder, and what could not be read."""
@@ -124,6 +128,7 @@ class ResultsFolder:
             {
                 **asdict(card),
                 "id": entry.folder.relative_to(self.folder).as_posix(),
+                "typed": shlex.quote(_from_here(entry.folder)),
                 "options": {n: str(value) for n, value in options(entry.record).items()},
                 "pages": list(_pages(entry, self.folder)),
                 "picks": [pick.value for pick in Pick] if _has_front(entry) else [],
@@ -144,11 +149,19 @@ class ResultsFolder:
         planned = record.get("arguments", {}).get("generations")
         searches = []
         for facts in sorted(folder.glob("*/search.json")):
-            progress = self.searches.setdefault(facts.parent, SearchProgress(facts.parent))
-            progress.update()
             variables = read_json(facts, "start a new run")["variables"]
-            searches.append(progress.as_json(variables) | {"planned": planned})
+            with self.reading:
+                progress = self.searches.setdefault(facts.parent, SearchProgress(facts.parent))
+                progress.update()
+                searches.append(progress.as_json(variables) | {"planned": planned})
         return {"searches": searches}
+
+
+def _from_here(folder: Path) -> str:
+    """Return a folder as it is typed where the server was started."""
+    here = Path.cwd().resolve()
+    inside = folder.is_relative_to(here)
+    return (folder.relative_to(here) if inside else folder).as_posix()
 
 
 def _has_front(entry: RunEntry) -> bool:
@@ -195,12 +208,14 @@ class LoopbackOnly:
         foreign = headers.get("origin", min(origins)) not in origins
         if foreign or headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
             return _refusal(403, "deboom serve answers no page of another site")
+        # cookies of one host go to all of its ports: each server has a name for its token
+        name = f"deboom{headers['host'].rpartition(':')[2]}"
         query = QueryParams(scope.get("query_string", b""))
         if secrets.compare_digest(query.get("token", ""), self.token):
             answer = RedirectResponse(scope["path"] or "/", status_code=303, headers=_GUARDS)
-            answer.set_cookie("deboom", self.token, httponly=True, samesite="strict")
+            answer.set_cookie(name, self.token, httponly=True, samesite="strict")
             return answer
-        cookie = HTTPConnection(scope).cookies.get("deboom", "")
+        cookie = HTTPConnection(scope).cookies.get(name, "")
         if not secrets.compare_digest(cookie, self.token):
             return _refusal(403, "open the whole address that deboom serve printed")
         return self.app
@@ -216,7 +231,7 @@ def results_app(results: Path, *, token: str, authorities: frozenset[str]) -> AS
     - `results`: the folder; nothing outside of it is read.
     - `token`, `authorities`: see `LoopbackOnly`.
     """
-    folder = ResultsFolder(results, {})
+    folder = ResultsFolder(results)
 
     def page(_request: Request) -> Response:
         text, policy = live_results_page()

@@ -1,4 +1,4 @@
-"""The command that judges a delivery: its reports for the vehicle side and for the supplier."""
+"""The reports on a judged delivery: for the vehicle side, and for the supplier."""
 
 from __future__ import annotations
 

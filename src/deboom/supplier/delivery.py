@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import RealArray
-from deboom.common import CONFIDENCE
+from deboom.common import CONFIDENCE, N_PER_MM
 from deboom.errors import InputError
 from deboom.explore.scatter import Capability, capability, fewest_pieces, predicted_pieces
 from deboom.explore.space import sobol_points
@@ -32,8 +32,6 @@ from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.limits import LimitedLevel, limited_response
 from deboom.vehicles.platform import Platform
 
-MILLI = 1e-3
-"""From N/m to N/mm."""
 PROCESSES, CARS = 100, 256
 """Processes that a batch may come from, and cars of each, for the predicted levels."""
 INTERVAL = (0.05, 0.95)
@@ -77,7 +75,7 @@ class Cause:
         """Say it in a language, ``en`` or ``de``."""
         size, digits, unit = 1.0, 3, ""
         if self.reference is not None:
-            size, digits, unit = MILLI * self.reference, 1, " N/mm"
+            size, digits, unit = N_PER_MM * self.reference, 1, " N/mm"
         measured, first, last = (
             in_language(f"{size * value:.{digits}f}", language)
             for value in (self.measured, self.lower, self.upper)
@@ -323,8 +321,10 @@ class Delivery(Tabled):
             part, factors = judged.part, {axis: judged.factors.get(axis, np.nan) for axis in axes}
             row: dict[str, object] = {"part": part.name, "batch": part.batch, "mount": part.mount}
             for axis, factor in factors.items():
-                today = self.demand.variable(f"{part.mount} {axis}").reference_stiffness_n_per_m
-                row[f"{axis} [N/mm]"] = MILLI * (np.nan if today is None else today) * factor
+                today = None
+                if axis in judged.factors:  # other mounts may have other axes
+                    today = self.demand.variable(f"{part.mount} {axis}").reference_stiffness_n_per_m
+                row[f"{axis} [N/mm]"] = N_PER_MM * (np.nan if today is None else today) * factor
             row |= {f"{axis} over today's [1]": factor for axis, factor in factors.items()}
             rows.append(row | {"verdict": judged.verdict.value, "reason": judged.reason()})
         return pd.DataFrame(rows)

@@ -35,7 +35,8 @@ from deboom.supplier.sources import SheetSources, bands
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.free_directions import NOTICEABLE, Need
 
-MILLI, MM = 1e3, 1e3
+MM, MDB = 1e3, 1e3
+"""From m to mm, and from dB to mdB."""
 WAYS = {
     "x": (("forward", "nach vorn"), ("rearward", "nach hinten")),
     "y": (("to the left", "nach links"), ("to the right", "nach rechts")),
@@ -203,8 +204,8 @@ class MountSheet(PartSheet):
                     "direction": direction.name,
                     "slope": self.effects.slope[column],
                     "slope_half_width": float(sure["slope"].half_width[column]),
-                    "gain": MILLI * self.effects.tolerance_gain[column],
-                    "gain_half_width": MILLI * float(sure["gain"].half_width[column]),
+                    "gain": MDB * self.effects.tolerance_gain[column],
+                    "gain_half_width": MDB * float(sure["gain"].half_width[column]),
                     "first": PERCENT * max(float(important.first[column, 0]), 0.0),
                     "total": PERCENT * float(important.total[column, 0]),
                     "total_half_width": PERCENT * float(important.total_interval[column, 0]),

@@ -5,9 +5,7 @@ from __future__ import annotations
 from deboom.common import CONFIDENCE, PERCENT
 from deboom.files.acceptance import AGREES, STATE_TOLERANCE
 from deboom.report.sheet import in_language
-
-LOWER_END = 0.05
-"""Of what a batch's measured pieces leave open: the share that the judgement rests on [1]."""
+from deboom.supplier.delivery import INTERVAL
 
 
 def acceptance_rules(
@@ -42,6 +40,7 @@ def acceptance_rules(
 
     force, moved, line = (percent(value) for value in STATE_TOLERANCE.values())
     guard = f"± {percent(uncertainty)}" if uncertainty else ""
+    lower_end = percent(INTERVAL[0])
     rules = []
     if of_sheet:
         rules += [
@@ -80,10 +79,10 @@ def acceptance_rules(
         say(
             "Batch: it fails with one failed part. It passes if every measured part passes and "
             f"they show that {percent(share)} of its pieces lie inside: the lower "
-            f"{percent(LOWER_END)} end of that share counts. Otherwise it is undecided.",
+            f"{lower_end} end of that share counts. Otherwise it is undecided.",
             "Charge: sie fällt durch mit einem durchgefallenen Teil. Sie besteht, wenn jedes "
             f"gemessene Teil besteht und sie zeigen, dass {percent(share)} ihrer Stücke innen "
-            f"liegen: es zählt das untere {percent(LOWER_END)}-Ende. Sonst ist sie unentschieden.",
+            f"liegen: es zählt das untere {lower_end}-Ende. Sonst ist sie unentschieden.",
         ),
         say(
             "Corner of the box: the customer also predicts the cars. A batch near the ends of "

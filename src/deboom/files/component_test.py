@@ -379,6 +379,7 @@ class ReceiverFile(StrictModel):
         )
         yield from doubled("[[ears]] are named", [ear.name for ear in self.ears])
         yield from doubled("[[runs]] are named", [run.name for run in self.runs])
+        yield from same_file("runs", "spectra", self.runs)
 
 
 def read_receiver(folder: Path | str) -> ReceiverTest:

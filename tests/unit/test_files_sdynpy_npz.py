@@ -8,6 +8,7 @@ from test_cli_platform import filled, made
 
 from deboom.errors import InputError
 from deboom.files.check import check_platform
+from deboom.files.function_table import with_their_tables
 from deboom.files.platform import read_platform
 from deboom.files.sdynpy_npz import read_sdynpy
 from deboom.files.uff import DIRECTION_CODE, read_uff
@@ -83,6 +84,12 @@ def test_values_are_in_si_at_their_nodes(tmp_path):
         "by hand",
     )
     np.testing.assert_allclose(first.values, (LINES + 2j) * 9.80665 / 1000.0)
+
+
+def test_files_that_were_read_include_the_tables_beside_them():
+    files = [Path("a.uff"), Path("b.npz"), Path("c.pch"), Path("b.npz"), Path("b.csv")]
+    names = [path.name for path in with_their_tables(files)]
+    assert names == ["a.uff", "b.npz", "b.csv", "c.pch", "c.csv"]
 
 
 def test_a_platform_of_saved_functions_has_the_numbers_of_its_uff_files(tmp_path):

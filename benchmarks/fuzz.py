@@ -172,9 +172,10 @@ def _library(folder: Path) -> None:
 def _time_data(folder: Path) -> None:
     from test_files_time_data import SIGNALS, TIME, WRITERS
 
-    folder.mkdir()
-    for write, name, _ in WRITERS.values():
-        write(folder / name, SIGNALS, TIME)
+    for number, (write, name, _) in enumerate(WRITERS.values()):
+        # each in a folder of its own: a WAV file has a table of the same name as a CSV
+        (folder / str(number)).mkdir(parents=True)
+        write(folder / str(number) / name, SIGNALS, TIME)
 
 
 def _read_search(folder: Path) -> None:
@@ -189,9 +190,10 @@ def _read_search(folder: Path) -> None:
 def _read_time_data(folder: Path) -> None:
     from deboom.files.time_data import read_time_signals
 
-    for path in sorted(folder.glob("run.*")):
-        if path.suffix != ".csv":
-            read_time_signals(path, ["A1 x", "TSM z", "driver ear"])
+    for inside in sorted(folder.iterdir()):
+        for path in sorted(inside.glob("run.*")):
+            if path.suffix != ".csv" or not path.with_suffix(".wav").exists():
+                read_time_signals(path, ["A1 x", "TSM z", "driver ear"])
 
 
 def _other_programs(folder: Path) -> None:
@@ -239,6 +241,38 @@ def _designs(folder: Path) -> None:
     folder.mkdir()
     table = pd.DataFrame({"EnM x [1]": [0.9, 1.1], "mass [kg]": [3.0, 4.0]})
     table.to_excel(folder / "a.xlsx", index=False)
+    saved = {"variables": ["mass", "EnM x"], "design": [3.0, 0.9]}
+    saved |= {"pinned": [{"name": "P1", "design": [4.0, 1.1]}]}
+    (folder / "saved.json").write_text(json.dumps(saved))
+
+
+def _read_designs(folder: Path) -> None:
+    from deboom.files.doe_table import read_designs, read_plan
+
+    for path in (folder / "a.xlsx", folder / "saved.json"):
+        read_plan(path, SPACE)
+    read_designs(folder / "a.xlsx", ["mass"])
+
+
+def _rig(folder: Path) -> None:
+    from test_files_mount_rig import write_rig
+
+    write_rig(folder, "indirect")
+
+
+def _component(folder: Path) -> None:
+    from deboom.bench.component import ComponentPlan
+    from deboom.bench.component_writer import write_component_test
+
+    write_component_test(folder, 3, plan=ComponentPlan(points=1, line_step=4.0), truth_seed=2)
+    shutil.rmtree(folder / "truth", ignore_errors=True)
+
+
+def _read_component(folder: Path) -> None:
+    from deboom.files.component_test import read_component_test, read_receiver
+
+    read_component_test(folder)
+    read_receiver(folder / "receiver")
 
 
 def _front(folder: Path) -> None:
@@ -320,11 +354,13 @@ KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
         shipped("u06_f39_f45/programme.toml"),
         reader("files.acceptance:read_programme", "", ("EnM", "GeM", "TSM", "Du")),
     ),
-    "designs": (_designs, reader("files.doe_table:read_plan", "a.xlsx", SPACE)),
+    "designs": (_designs, _read_designs),
+    "mount on a rig": (_rig, reader("files.mount_rig:read_mount_rig")),
+    "component": (_component, _read_component),
     "search": (_search, _read_search),
     "front": (_front, command("listen", "@", "--seconds", "1", "--out", "@.out")),
 }
-SELDOM = dict.fromkeys(("orders", "electric car", "hammer test", "delivery"), 8)
+SELDOM = dict.fromkeys(("orders", "electric car", "hammer test", "delivery", "component"), 8)
 SELDOM |= {"platform": 2, "operation": 4, "front": 6}
 """Kinds whose cases take long come only every so many rounds."""
 OUTPUTS = ("index.html", "new.db", "again.uff", "campaign.toml")

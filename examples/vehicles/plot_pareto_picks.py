@@ -26,24 +26,26 @@ front.picture()
 # What best-mean asks of the mounts, and what it does in each vehicle.
 
 quietest = front.pick_designs["best-mean"]
-asked = {
+factors = {
     name: round(float(x), 2) for name, x in zip(front.variables, quietest, strict=True) if x != 1
 }
 today, quiet = model(np.stack([robust.space.nominal, quietest]))
 change = (quiet - today) / model.n_lines
-print(asked)
+print(factors)
 print(
     {name: round(float(x), 2) for name, x in zip(front.responses, change, strict=True)},
     "dB per line",
 )
 
 # %%
-# A second search differs by chance alone.
+# Another seed differs by chance alone. One seed of each cannot decide it, and the result says what
+# would.
 
 again = deboom.search(robust, population=40, generations=30, seed=2, verified_with=256)
 difference = deboom.compare(front, again, draws=256)
 print(difference.table.to_string(index=False))
+print(difference.text)
 
-assert difference.verdict.value == "within noise"
+assert difference.verdict.value == "not decided"
 assert change.mean() < -0.3
 assert np.all(np.diff(front.table["SPLV mean sum in search [dB(A)]"]) > 0)

@@ -58,13 +58,22 @@ def test_saved_designs_come_with_their_pins(tmp_path):
     path = tmp_path / "saved.json"
     path.write_text(state(), encoding="utf-8")
     assert np.array_equal(read_plan(path, SPACE), [[0.9, 1.1], [1.1, 0.9]])
+    alike = [{"name": "P1", "design": [0.9, 1.1]}, {"name": "P1", "design": [1.0, 1.0]}]
+    path.write_text(state(pinned=alike), encoding="utf-8")
+    assert len(read_plan(path, SPACE)) == 3
 
 
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("[1]", "saved.json is no state that the interactive page saved"),
-        ("{", "saved.json is no state that the interactive page saved"),
+        ("[1]", "saved.json holds no JSON object: save one with the button"),
+        ("{", "saved.json is not JSON"),
+        ("[" * 100_000, "saved.json is nested too deeply"),
+        (state(design=[10**400, 1.0]), "saved.json is no state that the interactive page saved"),
+        (
+            state(variables=["TSM x", "EnM x", "TSM x"], design=[1.0] * 3, pinned=[]),
+            "two variables are named 'TSM x'",
+        ),
         (state(design=[1.0]), "saved.json is no state that the interactive page saved"),
         (state(variables=["TSM x", "Du x"]), "'Du x' is in only one of both"),
         (state(design=[1.0, 1.2]), "its design has 'EnM x' 1.2, outside its bounds 0.85 to 1.15"),
@@ -137,6 +146,7 @@ def test_designs_evaluated_elsewhere_correlate_and_have_a_front(tmp_path, suffix
         ({}, ["w"], "w"),
         ({"z [dB]": None, "z [Pa]": 1.0}, ["y", "z"], "the units Pa, dB"),
         ({"b": "soft"}, ["y"], "'soft' is no finite number"),
+        ({"y [Pa]": 1.0}, ["y"], "two columns are named 'y'"),
         ({"y [dB]": np.nan}, ["y"], "fill them in"),
     ],
 )

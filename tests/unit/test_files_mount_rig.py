@@ -92,6 +92,7 @@ def test_one_axis_gives_its_own_stiffness_alone(tmp_path):
     # the shaker pushes across as well, which one excitation cannot tell
     assert np.allclose(measured.stiffness[:, 2, 2], STIFFNESS[:, 2, 2], rtol=2e-3)
     assert [direction.axis for direction in rig.mount.directions] == ["z"]
+    assert dict(rig.mount.quality) == {"valid lines [1]": 1.0}
 
 
 def test_preloads_and_axes_go_into_the_library(tmp_path):

@@ -17,6 +17,17 @@ def names(folder):
     return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*"))
 
 
+def test_a_lock_that_is_a_link_is_not_followed(tmp_path):
+    precious, folder = tmp_path / "mine.txt", tmp_path / "run"
+    precious.write_text("mine")
+    folder.mkdir()
+    (folder / run_folder.LOCK).symlink_to(precious)
+    assert not run_folder.is_held(folder)
+    with pytest.raises(InputError, match=r"\.lock cannot be locked"), run_folder.held(folder):
+        pass
+    assert precious.read_text() == "mine"
+
+
 def test_a_run_is_unfinished_until_it_is_finished(tmp_path):
     run = start_run(tmp_path / "results", "front", seed=3, record={})
     assert run.folder.is_dir()

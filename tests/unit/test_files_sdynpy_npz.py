@@ -8,6 +8,7 @@ from test_cli_platform import filled, made
 
 from deboom.errors import InputError
 from deboom.files.check import check_platform
+from deboom.files.function_table import with_their_tables
 from deboom.files.platform import read_platform
 from deboom.files.sdynpy_npz import read_sdynpy
 from deboom.files.uff import DIRECTION_CODE, read_uff
@@ -44,6 +45,34 @@ def delivered(folder, table="response,,acceleration,g\nreference,101,force,kN"):
     return folder / "body.npz"
 
 
+@pytest.mark.parametrize(
+    ("coordinate", "ordinate", "words"),
+    [
+        (("float64", (2,)), "complex128", "numbers do not fit together"),
+        (([("knot", "uint64"), ("direction", "int8")], (2,)), "complex128", "do not fit together"),
+        (([("node", "uint64"), ("direction", "int8")], (0,)), "complex128", "has 0 coordinates"),
+        (([("node", "uint64"), ("direction", "int8")], (3,)), "complex128", "has 3 coordinates"),
+        (([("node", "uint64"), ("direction", "int8")], (2,)), "<U5", "do not fit together"),
+    ],
+)
+def test_records_of_other_fields_end_in_a_sentence(tmp_path, coordinate, ordinate, words):
+    path = delivered(tmp_path)
+    record = np.dtype(
+        [
+            ("abscissa", "float64", (2,)),
+            ("ordinate", ordinate, (2,)),
+            *((f"comment{k}", "<U80") for k in range(1, 6)),
+            ("coordinate", *coordinate),
+        ]
+    )
+    np.savez(path, data=np.zeros(2, dtype=record), function_type=4)
+    path.with_suffix(".csv").write_text(
+        "role,node,quantity,unit\nresponse,,acceleration,g\nreference,,force,N\n"
+    )
+    with pytest.raises(InputError, match=words):
+        read_sdynpy(path)
+
+
 def test_values_are_in_si_at_their_nodes(tmp_path):
     first, second = read_sdynpy(delivered(tmp_path))
     assert (first.response_node, first.response_direction) == (1, "+x")
@@ -55,6 +84,12 @@ def test_values_are_in_si_at_their_nodes(tmp_path):
         "by hand",
     )
     np.testing.assert_allclose(first.values, (LINES + 2j) * 9.80665 / 1000.0)
+
+
+def test_files_that_were_read_include_the_tables_beside_them():
+    files = [Path("a.uff"), Path("b.npz"), Path("c.pch"), Path("b.npz"), Path("b.csv")]
+    names = [path.name for path in with_their_tables(files)]
+    assert names == ["a.uff", "b.npz", "b.csv", "c.pch", "c.csv"]
 
 
 def test_a_platform_of_saved_functions_has_the_numbers_of_its_uff_files(tmp_path):

@@ -521,6 +521,10 @@ REFUSED = {
     "csv without unit of time": (changed("csv", "time [s]", "time"), "column 'time' has no unit"),
     "csv time in Hz": (changed("csv", "time [s]", "time [Hz]"), "is not in s or a multiple"),
     "csv no number": (changed("csv", "0.0,0.0,0.3", "0.0,,0.3"), "line 2, column 'A1 x [g]': ''"),
+    "csv name twice": (
+        changed("csv", "TSM z [kN]", "A1 x [m/s^2]"),
+        "two columns are named 'A1 x'",
+    ),
     "csv two rates": (
         changed("csv with rate", "Hz]\n0.0,0.3,0.0,2048", "Hz]\n0.0,0.3,0.0,-1"),
         "column 'sample rate [Hz]': state one number of samples per second",

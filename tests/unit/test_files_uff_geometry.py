@@ -126,6 +126,10 @@ def test_functions_and_geometry_make_the_position_sheets(tmp_path):
     np.testing.assert_allclose(sensors[0].orientation, geometry.orientations[0], atol=1e-12)
     assert [row.impact for row in impacts] == ["N7 -z", "N8 -z"]
     np.testing.assert_allclose(impacts[0].direction, -geometry.orientations[6][:, 2])
+    upright = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    turned = replace(geometry, orientations=np.broadcast_to(upright, (36, 3, 3)))
+    standing = placed_at_nodes(turned, functions)[0][0]
+    np.testing.assert_allclose(standing.orientation, upright, atol=1e-12)
     path = tmp_path / "positions.xlsx"
     write_positions(path, sensors, impacts)
     assert [row.node for row in read_table(path, PlacedSensor)] == [1]
@@ -166,6 +170,13 @@ def test_complex_modes_read_back_with_their_damping(tmp_path):
     assert not (tmp_path / "no.uff").exists()
     with pytest.raises(InputError, match="has no modes"):
         read_uff_modes(TESTLAB)
+
+
+def test_modes_that_would_fill_the_memory_are_refused(tmp_path, monkeypatch):
+    write_uff_modes(tmp_path / "modes.uff", drawn_modes())
+    monkeypatch.setattr("deboom.files.disk.MOST_NUMBERS", 35)
+    with pytest.raises(InputError, match="modes at all nodes of the file announces 36 numbers"):
+        read_uff_modes(tmp_path / "modes.uff")
 
 
 class Model:

@@ -1,6 +1,6 @@
 """Virtual test bench with known truth: each function writes the files of one measurement.
 
-May import `physics` and `files`; what identifies knows it no further.
+May import `physics` and `files`; no code that identifies imports it.
 """
 
 import lazy_loader

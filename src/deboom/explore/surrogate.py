@@ -238,8 +238,7 @@ def surrogate_search(
         rows.compute(lower + points * (upper - lower), "training rows")
         surrogate = _fitted(model, rows, lower, upper, seed)
         for number in range(ROUNDS):
-            left = n_train - len(rows.designs)
-            count = left if number == ROUNDS - 1 else left // (ROUNDS - number)
+            count = (n_train - len(rows.designs)) // (ROUNDS - number)
             if count < 1:
                 continue
             robust = Robust(surrogate, space, draws=draws, seed=seed)
@@ -256,11 +255,12 @@ def surrogate_search(
             polish=False,
             verified_with=VERIFIED,
         )
+        n_trained = len(rows.designs)
         judged = _judged(front, rows, n_judged, seed)
     front = replace(
         front,
         note=f"Searched and judged on Gaussian processes of {surrogate.n_rows} rows of the model; "
-        f"the model itself judged the picks with {len(rows.designs) - n_train} more.",
+        f"the model itself judged the picks with {len(rows.designs) - n_trained} more.",
     )
     return SurrogateFront(front, surrogate, rows.designs, rows.values, judged)
 
@@ -422,8 +422,8 @@ def _judged(front: Front, rows: _Rows, n_rows: int, seed: int) -> pd.DataFrame:
     of_design: dict[int, list[str]] = {}
     for name, row in front.picks.items():
         of_design.setdefault(row, []).append(name)
-    per_pick = n_rows // len(of_design)
     judge = verification_response(front.robust, seed=seed)
+    per_pick = min(n_rows // len(of_design), judge.sample.n_samples)
     unit = front.model.response_unit
     spread = "dB" if unit == "dB(A)" else unit
     table = []

@@ -12,7 +12,14 @@ import numpy as np
 from deboom.arrays import ComplexArray, RealArray
 from deboom.common import AXES
 from deboom.errors import InputError
-from deboom.files.function_table import FRF, IN_SI, TIME_SIGNAL, Dof, FunctionMatrix
+from deboom.files.function_table import (
+    FRF,
+    IN_SI,
+    TIME_SIGNAL,
+    Dof,
+    FunctionMatrix,
+    with_their_tables,
+)
 from deboom.files.platform import SPECTRA, Engine, EngineTorque, MountEntry, mounts_of
 from deboom.files.platform import PowertrainEntry as Powertrain
 from deboom.files.rows import (
@@ -516,7 +523,7 @@ def read_campaign(
         total_ratios=file.engine.total_ratios,
         order=file.engine.dominant_order,
         tolerances=Tolerances(**values_of(file.tolerances)),
-        input_files=(*tables.paths, *(folder / name for name in read)),
+        input_files=(*tables.paths, *with_their_tables(folder / name for name in read)),
         excited=file.engine.loads,
     )
 

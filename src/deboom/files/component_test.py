@@ -19,6 +19,7 @@ from deboom.files.function_table import (
     first_difference,
     read_function_table,
     same_lines,
+    with_their_tables,
 )
 from deboom.files.inertance_test import (
     Places,
@@ -199,7 +200,7 @@ def read_component_test(folder: Path | str) -> ComponentTest:
             tolerances=tolerances,
             microphone=file.deviations.microphone_db / DB_PER_NEPER,
             free=free,
-            input_files=tuple(dict.fromkeys(read)),
+            input_files=with_their_tables(read),
         )
     refuse_other_functions_of_points(points, accelerance, str(files[0]))
     if free is not None:
@@ -379,6 +380,7 @@ class ReceiverFile(StrictModel):
         )
         yield from doubled("[[ears]] are named", [ear.name for ear in self.ears])
         yield from doubled("[[runs]] are named", [run.name for run in self.runs])
+        yield from same_file("runs", "spectra", self.runs)
 
 
 def read_receiver(folder: Path | str) -> ReceiverTest:
@@ -434,7 +436,7 @@ def read_receiver(folder: Path | str) -> ReceiverTest:
             pressure=pressure,
             joints=joints,
             measured=measured,
-            input_files=tuple(dict.fromkeys(read)),
+            input_files=with_their_tables(read),
         )
     tolerances = PlacementTolerances(**values_of(file.tolerances))
     refuse_other_functions_of_points(points, accelerance, str(files[0]))

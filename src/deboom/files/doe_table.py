@@ -5,10 +5,8 @@ A table has a column per design variable with its unit in the header, such as ``
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +14,8 @@ from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.doe import SAME, Doe, Experiment
 from deboom.explore.space import DesignSpace
-from deboom.files.disk import read_text
+from deboom.files.disk import read_json
+from deboom.files.schema import doubled, refuse_all
 from deboom.files.tables import Columns, name_and_unit, number_in, read_columns, read_rows
 from deboom.files.units import Unit, parse_unit
 
@@ -83,27 +82,26 @@ def _unit(label: str) -> Unit:
 
 def _saved_designs(path: Path, space: DesignSpace) -> RealArray:
     """Read the designs of a state that the interactive page saved, (n, k)."""
+    remedy = "save one with the button “Save” of the interactive page"
+    content = read_json(path, remedy)
     try:
-        content: Any = json.loads(read_text(path))
         names = [str(name) for name in content["variables"]]
-        designs = {"its design": content["design"]}
-        designs |= {f"its pin {pin['name']}": pin["design"] for pin in content["pinned"]}
-        rows = [np.asarray(design, dtype=float).reshape(len(names)) for design in designs.values()]
-    except InputError:
-        raise
-    except (ValueError, KeyError, TypeError) as error:
+        designs = [("its design", content["design"])]
+        designs += [(f"its pin {pin['name']}", pin["design"]) for pin in content["pinned"]]
+        rows = [np.asarray(design, dtype=float).reshape(len(names)) for _, design in designs]
+    except (ValueError, KeyError, TypeError, OverflowError) as error:
         raise InputError(
-            f"{path} is no state that the interactive page saved ({error}): save one with its "
-            "button “Save”"
+            f"{path} is no state that the interactive page saved ({error}): {remedy}"
         ) from None
-    if sorted(names) != sorted(space.names):
-        odd = sorted(set(names) ^ set(space.names))[0]
+    refuse_all(f"{path}: {words}" for words in doubled("variables are named", names))
+    if set(names) != set(space.names):
+        odd = min(set(names) ^ set(space.names))
         raise InputError(
             f"{path} has designs of other variables: '{odd}' is in only one of both; save a design "
             "on the page of a run with the same variables"
         )
     table = np.stack(rows)[:, [names.index(name) for name in space.names]]
-    for name, row in zip(designs, table, strict=True):
+    for (name, _), row in zip(designs, table, strict=True):
         slack = SAME * (space.upper - space.lower)
         outside = ~((row >= space.lower - slack) & (row <= space.upper + slack))
         if outside.any():
@@ -155,7 +153,7 @@ def read_designs(
     if not responses:
         raise InputError(f"{path}: name at least one response column")
     columns = read_columns(path, responses[0])
-    headers = {name_and_unit(header)[0]: header for header in columns.texts}
+    headers = columns.by_name(path)
     if variables is None:
         variables = [
             name for name in headers if name not in responses and name.lower() not in BOOKKEEPING

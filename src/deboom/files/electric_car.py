@@ -10,7 +10,7 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.errors import naming
-from deboom.files.function_table import FRF, Dof, FunctionMatrix
+from deboom.files.function_table import FRF, Dof, FunctionMatrix, with_their_tables
 from deboom.files.inertance_test import (
     Places,
     ToleranceSection,
@@ -161,7 +161,7 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
             n_averages=file.hits_per_impact,
             accelerance=accelerance,
             tolerances=PlacementTolerances(**values_of(file.tolerances)),
-            input_files=tuple(dict.fromkeys([path, *tables, *files, *operation.input_files])),
+            input_files=with_their_tables([path, *tables, *files, *operation.input_files]),
         )
 
 

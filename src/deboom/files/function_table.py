@@ -10,7 +10,7 @@ import sys
 import tempfile
 import warnings
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from operator import attrgetter
@@ -525,12 +525,16 @@ def read_nodal(path: Path) -> tuple[UffFunction, ...]:
     return _NODAL.get(path.suffix.lower(), read_uff)(path)
 
 
-def files_of_functions(path: Path) -> tuple[Path, ...]:
-    """Return a file of functions, and the table beside it that says what it means, if it has one.
+def with_their_tables(paths: Iterable[Path]) -> tuple[Path, ...]:
+    """Return files, each once, and behind each punch or npz the table that says what it means.
 
-    - `path`: of the functions.
+    - `paths`: of functions and others.
     """
-    return (path, path.with_suffix(".csv")) if path.suffix.lower() in _NODAL else (path,)
+    files: dict[Path, None] = {}
+    for path in paths:
+        files |= {path: None}
+        files |= {path.with_suffix(".csv"): None} if path.suffix.lower() in _NODAL else {}
+    return tuple(files)
 
 
 def is_table(path: Path) -> bool:

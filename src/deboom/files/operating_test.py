@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.errors import InputError, naming
-from deboom.files.function_table import TIME_SIGNAL, Dof, FunctionMatrix
+from deboom.files.function_table import TIME_SIGNAL, Dof, FunctionMatrix, with_their_tables
 from deboom.files.inertance_test import (
     SAME_PLACE,
     read_inertance_test,
@@ -367,7 +367,7 @@ def read_operating_test(folder: Path | str) -> OperatingTest:
             sweeps=sweeps,
             rotor_inertia=file.rotor_inertia_kg_m2,
             hoses=tuple(HoseDrawing(**values_of(hose)) for hose in file.hoses),
-            input_files=tuple(dict.fromkeys(read)),
+            input_files=with_their_tables(read),
             sound_deviation={entry.name: entry.deviation_pa for entry in file.microphones},
         )
 

@@ -25,12 +25,12 @@ from deboom.files.function_table import (
     FunctionMatrix,
     FunctionTable,
     added_decay_line,
-    files_of_functions,
     first_difference,
     is_table,
     read_function_table,
     read_nodal,
     same_lines,
+    with_their_tables,
 )
 from deboom.files.library_export import read_library_json
 from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT, ChannelRow, MountRow, read_torque_table
@@ -632,10 +632,10 @@ def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Funct
     """Put a platform together from what its files hold."""
     inputs = [folder / name for name in (PLATFORM_FILE, file.mount_table, file.channel_table)]
     for vehicle in file.vehicles:
-        for name in filter(None, (vehicle.noise_transfer, vehicle.receptance)):
-            inputs += files_of_functions(folder / name)
+        inputs += [folder / name for name in (vehicle.noise_transfer, vehicle.receptance) if name]
     for entry in file.load_cases:
         inputs += [folder / name for name in (entry.operating, entry.torque_table) if name]
+    read = with_their_tables(inputs)
     library, library_fault = _library(folder / LIBRARY_FILE, tables.mounts)
     return Platform(
         name=file.name,
@@ -647,11 +647,11 @@ def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Funct
         fleet=Fleet(tuple(_vehicle(entry, functions) for entry in file.vehicles)),
         load_cases=tuple(_load_case(entry, file.engine, functions) for entry in file.load_cases),
         default_load_case=file.default_load_case,
-        input_files=tuple(dict.fromkeys(inputs)),
+        input_files=read,
         cylinders=file.engine.cylinders,
         library=library,
         library_fault=library_fault,
-        doubts=tuple(_doubts(folder, file, functions, inputs)),
+        doubts=tuple(_doubts(folder, file, functions, read)),
     )
 
 

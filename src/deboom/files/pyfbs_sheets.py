@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError, naming
@@ -21,6 +20,7 @@ from deboom.files.rows import PlacedImpact, PlacedSensor, Vector
 from deboom.files.schema import noting, refuse_all, telling
 from deboom.files.tables import Columns, Row, read_columns, rows_of, sheet_names
 from deboom.files.units import Unit, parse_unit
+from deboom.physics.rigid_body import rotation_angles
 
 SENSORS, CHANNELS, IMPACTS, VIRTUAL_POINTS = "Sensors", "Channels", "Impacts", "VP_Channels"
 """How the names of the sheets begin; a suffix such as ``_AB`` names the structure."""
@@ -229,7 +229,7 @@ def _sensors_of_channels(path: Path, sheet: str) -> list[Row]:
                         f"{where} line {line}: the directions of {', '.join(three)} are no "
                         "right-handed set of unit vectors at right angles: correct one of them"
                     )
-                turns = Rotation.from_matrix(axes).as_euler("xyz", degrees=True)
+                turns = np.rad2deg(rotation_angles(axes))
                 cells = dict(zip((*_AXES, *_TURNS), map(str, (*place, *turns)), strict=True))
                 cells |= {"sensor": three[0][:-1].strip()}
                 cells["node"] = node[first] if node else str(first // 3 + 1)

@@ -259,7 +259,7 @@ def held(folder: Path) -> Iterator[None]:
 
     The lock belongs to the process: of one that was killed the file stays, and holds nothing.
 
-    - raises InputError: Another process holds it.
+    - raises InputError: Another process holds it, or the folder cannot be written.
     """
     path = folder / LOCK
     try:
@@ -268,13 +268,17 @@ def held(folder: Path) -> Iterator[None]:
         raise InputError(
             f"{folder} is being worked on by another process: wait for it or end it"
         ) from None
+    except OSError as error:
+        raise InputError(
+            f"{path} cannot be locked ({error.strerror or error}): remove it"
+        ) from None
     with hold:
         yield
     path.unlink(missing_ok=True)
 
 
 def is_held(folder: Path) -> bool:
-    """Return whether a process works in a run folder now."""
+    """Return whether a process works in a run folder now; of a folder that is read only: no."""
     if not (folder / LOCK).exists():
         return False
     try:
@@ -282,6 +286,8 @@ def is_held(folder: Path) -> bool:
             return False
     except Timeout:
         return True
+    except OSError:  # another's folder, or a link or folder of that name, which nobody locks
+        return False
 
 
 @dataclass(frozen=True, eq=False)

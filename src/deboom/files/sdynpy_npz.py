@@ -18,7 +18,7 @@ from deboom.errors import InputError, naming
 from deboom.files.disk import read_arrays
 from deboom.files.schema import for_each
 from deboom.files.tables import MayBeEmpty, TableRow, number_in, read_table
-from deboom.files.uff import DIRECTIONS, UffFunction
+from deboom.files.uff import DIRECTIONS, UffFunction, numbers_that_fit
 from deboom.files.units import Unit, parse_unit
 
 _FIELDS = ("abscissa", "ordinate", "coordinate", *(f"comment{n}" for n in range(1, 6)))
@@ -109,7 +109,8 @@ def read_sdynpy(path: Path) -> tuple[UffFunction, ...]:
             "quantity, unit, such as 'response,,acceleration,m/s^2' and 'reference,,force,N'"
         )
     rows = {(row.role, row.node): row for row in read_table(table, SignalRow)}
-    return for_each(lambda record: _function(path, code, rows, record), np.ravel(data))
+    with numbers_that_fit(path):
+        return for_each(lambda record: _function(path, code, rows, record), np.ravel(data))
 
 
 _Rows = dict[tuple[str, str], SignalRow]
@@ -117,6 +118,11 @@ _Rows = dict[tuple[str, str], SignalRow]
 
 def _function(path: Path, code: int, rows: _Rows, record: npt.NDArray[Any]) -> UffFunction:
     places = np.ravel(record["coordinate"])
+    if places.size not in (1, 2):
+        raise InputError(
+            f"{path}: a function has {places.size} coordinates: save it with a response, and a "
+            "reference if it has one"
+        )
     nodes = [int(place["node"]) for place in places]
     for place in places:
         if int(place["direction"]) not in DIRECTIONS:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import pandas as pd
 
@@ -285,11 +284,4 @@ def decimals_of(
         if (digits := WORDS[str(key)].decimals) is not None
         and pd.api.types.is_numeric_dtype(table[key])
         and table[key].notna().any()
-    }
-
-
-def fields_of(values: Mapping[str, Any], language: str) -> dict[str, str]:
-    """Return values by the labels of their keys; None is empty."""
-    return {
-        label(key, language): "" if value is None else str(value) for key, value in values.items()
     }

@@ -33,7 +33,7 @@ from deboom.files.disk import (
     replace_bytes,
     replace_text,
 )
-from deboom.files.schema import Note, noting, refuse_all, telling
+from deboom.files.schema import Note, doubled, noting, refuse_all, telling
 from deboom.files.units import Unit, parse_unit, refuse_beyond
 from deboom.files.workbook_parts import refuse_large_parts
 from deboom.tabled import PACKED, csv_text, table_of, unescaped
@@ -260,6 +260,17 @@ class Columns:
             for n, k in np.argwhere(~np.isfinite(numbers))
         )
         return numbers
+
+    def by_name(self, path: Path) -> dict[str, str]:
+        """Return the headers by their names without units.
+
+        - `path`: of the table, for the error.
+        - raises InputError: two headers differ in their units only.
+        """
+        pairs = [(name_and_unit(header)[0], header) for header in self.texts]
+        names = [name for name, _ in pairs]
+        refuse_all(f"{path}: {words}" for words in doubled("columns are named", names))
+        return dict(pairs)
 
 
 def read_columns(path: Path, first: str, sheet: str | None = None) -> Columns:

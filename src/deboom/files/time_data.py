@@ -659,7 +659,7 @@ def _is_table(path: Path) -> bool:
 def _table(path: Path) -> _Channels:
     """Columns ``name [unit]`` beside one of instants, or of the sampling rate."""
     columns = read_columns(path, _TIME)
-    headers = {name_and_unit(text)[0]: text for text in columns.texts}
+    headers = columns.by_name(path)
     if (_TIME in headers) == (_RATE in headers):
         raise InputError(
             f"{path}: time data have a column 'time [s]', or a column 'sample rate [Hz]' with one "

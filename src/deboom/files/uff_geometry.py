@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from deboom.arrays import IntArray, RealArray
 from deboom.errors import InputError
@@ -16,6 +16,7 @@ from deboom.files.rows import PlacedImpact, PlacedSensor
 from deboom.files.schema import refuse_all
 from deboom.files.uff import UffFunction, numbers_that_fit, read_sets
 from deboom.files.units import parse_unit
+from deboom.physics.rigid_body import rotation_angles
 
 NODES, AXES_OF_TEST, AXES_OF_FE, TRACES = (15, 2411), 18, 2420, 82
 _GLOBAL = np.eye(3)
@@ -42,10 +43,13 @@ class UffGeometry:
 
         - raises InputError: it is not there.
         """
-        places = np.flatnonzero(self.nodes == node)
-        if not places.size:
+        if node not in self._places:
             raise InputError(f"node {node} is not in the geometry: export it with all nodes")
-        return int(places[0])
+        return self._places[node]
+
+    @cached_property
+    def _places(self) -> dict[int, int]:
+        return {node: place for place, node in enumerate(self.nodes.tolist())}
 
 
 def read_uff_geometry(path: Path | str, length: str | None = None) -> UffGeometry:
@@ -88,9 +92,9 @@ def _geometry(path: Path, sets: Sequence[Mapping[str, Any]], factor: float) -> U
     blocks = [each for each in sets if each["type"] in NODES]
     systems = _systems(path, sets)
     nodes = np.concatenate([np.asarray(block["node_nums"], dtype=int) for block in blocks])
-    doubled = sorted({int(node) for node in nodes if np.count_nonzero(nodes == node) > 1})
-    if doubled:
-        raise InputError(f"{path}: node {doubled[0]} comes twice: keep one")
+    numbers, counts = np.unique(nodes, return_counts=True)
+    if np.any(counts > 1):
+        raise InputError(f"{path}: node {numbers[counts > 1][0]} comes twice: keep one")
     local = np.concatenate(
         [np.stack([np.asarray(block[axis], dtype=float) for axis in "xyz"], 1) for block in blocks]
     )
@@ -134,9 +138,7 @@ def placed_at_nodes(
             sensor=f"N{node}",
             node=node,
             position=_three(geometry.positions[geometry.place(node)]),
-            angles=_three(
-                Rotation.from_matrix(geometry.orientations[geometry.place(node)]).as_euler("xyz")
-            ),
+            angles=_three(rotation_angles(geometry.orientations[geometry.place(node)])),
         )
         for node in dict.fromkeys(function.response_node for function in listed)
     ]

@@ -11,6 +11,7 @@ import numpy as np
 
 from deboom.arrays import ComplexArray, IntArray, RealArray
 from deboom.errors import InputError
+from deboom.files.disk import refuse_announced
 from deboom.files.function_table import Dof
 from deboom.files.uff import numbers_that_fit, read_sets, write_sets
 from deboom.files.uff_geometry import UffGeometry
@@ -94,6 +95,8 @@ def read_uff_modes(path: Path | str) -> UffModes:
 def _modes(path: Path, sets: Sequence[Mapping[str, Any]]) -> UffModes:
     facts = [_mode(path, number, content) for number, content in enumerate(sets, 1)]
     nodes = np.unique(np.concatenate([np.asarray(each["node_nums"], dtype=int) for each in sets]))
+    # two numbers for each of three motions; nodes that few modes have take as much as others
+    refuse_announced(f"{path}: its modes at all nodes of the file", 6 * len(sets) * nodes.size)
     shapes = np.zeros((len(sets), nodes.size, 3), dtype=complex)
     for row, content in enumerate(sets):
         columns = np.searchsorted(nodes, np.asarray(content["node_nums"], dtype=int))

@@ -14,11 +14,9 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import combinations, permutations, product
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
@@ -32,7 +30,12 @@ from deboom.measurement.virtual_point import (
     sensor_geometry,
     virtual_point,
 )
-from deboom.physics.rigid_body import ROTATION_ORDERS, forward_matrices, rotation_matrix
+from deboom.physics.rigid_body import (
+    ROTATION_ORDERS,
+    forward_matrices,
+    rotation_angles,
+    rotation_matrix,
+)
 
 STANDS_OUT = 0.7
 """A suspect stands out if the rest disagrees by less than this share (squared) of all together."""
@@ -174,7 +177,7 @@ def best_rotation_order(
     - `measured`: their channels.
     """
     stated = sensors[0].rotation_order
-    angles = [_angles(sensor) for sensor in sensors]
+    angles = [rotation_angles(sensor.orientation, sensor.rotation_order) for sensor in sensors]
     left: dict[str, float] = {}
     tried: dict[str, RealArray] = {}
     for order in ROTATION_ORDERS:
@@ -220,14 +223,6 @@ def refuse_other_rotation_order(
     allowed = SIGNIFICANT * math.hypot(stated.sensor_gain, stated.sensor_angle)
     if order.another and order.disagreement > allowed:
         raise InputError(f"{whose}: its sensors contradict each other: {order.words}")
-
-
-def _angles(sensor: Sensor) -> RealArray:
-    """Angles (rx, ry, rz) that make the orientation of a sensor in its stated order [rad]."""
-    # scipy names rotations about fixed axes in small letters, the first one first
-    axes: Any = sensor.rotation_order.replace("R", "")[::-1]
-    turns = Rotation.from_matrix(sensor.orientation).as_euler(axes)
-    return np.array([turns[axes.index(axis)] for axis in "xyz"])
 
 
 def find_culprit(

@@ -195,5 +195,6 @@ def rig_mount(
         )
         directions.append(CharacterisedDirection(axis, points, DirectionQuality(identified=False)))
     mount = Mount(identity.mount, title, ("",), ((0.0, 0.0, 0.0),), AXES)
-    valid = float(np.mean(np.concatenate([series.valid.ravel() for series in measured])))
+    excited = [series.valid[np.isfinite(series.amplitude)] for series in measured]
+    valid = float(np.mean(np.concatenate(excited)))
     return CharacterisedMount(identity, mount, tuple(directions), {"valid lines [1]": valid})

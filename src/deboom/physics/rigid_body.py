@@ -7,8 +7,12 @@ forces at the point to loads on the body.
 
 from __future__ import annotations
 
+import warnings
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial.transform import Rotation
 
 from deboom.arrays import RealArray, RealOrComplexArray, checked
 from deboom.errors import InputError
@@ -60,6 +64,19 @@ def rotation_matrix(angles: npt.ArrayLike, order: str = ROTATION_ORDERS[0]) -> R
         [-sy, cy * sx, cy * cx],
     ]
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def rotation_angles(rotation: npt.ArrayLike, order: str = ROTATION_ORDERS[0]) -> RealArray:
+    """Return angles (rx, ry, rz) of a rotation (3, 3), such that `rotation_matrix` makes it [rad].
+
+    Where the middle turn is by ±90°, many angles make it: the rotation that turns last is 0 then.
+    """
+    # scipy names rotations about fixed axes in small letters, the first one first
+    axes: Any = order.replace("R", "")[::-1]
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Gimbal lock")
+        turns = Rotation.from_matrix(np.asarray(rotation, dtype=float)).as_euler(axes)
+    return np.array([turns[axes.index(axis)] for axis in "xyz"])
 
 
 def point_acceleration(

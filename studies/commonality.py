@@ -244,7 +244,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     report.panel(
         "What to do next",
         Step(f"deboom report FRONT --supplier --sharing {run_of}", "sheets with shared numbers"),
-        Step("deboom run commonality --allowed 0.5", "let sharing cost more"),
+        Step("deboom run commonality --allowed 1", "let sharing cost more"),
         Step("deboom run commonality --limits FILE", "state each vehicle's limit"),
     )
     report.table("sharing", parts, "Part number of each mount in each vehicle.")

@@ -551,7 +551,6 @@ def _answer(
         Step("deboom run compressor_robust_front --cars FOLDER", "the same with measured cars"),
         Step("deboom run compressor_robust_front --reach 0.6", "let stiffness go further"),
         Step("deboom run compressor_robust_front --travel 1.5", "let mounts travel further"),
-        Step(f"deboom report {run} --interactive", "try other designs in a page"),
         Step(f"deboom report {run} --supplier", "the sheet for whoever makes the mounts"),
     )
 

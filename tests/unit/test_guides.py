@@ -251,7 +251,9 @@ def options_of(words):
     if words[1] != "run":
         return of_command
     study = load_study(ROOT / words[2])
-    return of_command | {"--" + name.replace("_", "-") for name in study.parameters}
+    names = {name.replace("_", "-"): entry.default for name, entry in study.parameters.items()}
+    switched_off = {f"--no-{name}" for name, default in names.items() if isinstance(default, bool)}
+    return of_command | {f"--{name}" for name in names} | switched_off
 
 
 @pytest.mark.parametrize("line", COMMANDS)

@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, short_repr
 from deboom.errors import InputError
 from deboom.explore.space import DesignSpace, checked_designs, stiffness_factor_space
 from deboom.measurement.channels import LoadCase
@@ -98,6 +98,8 @@ class BoomingModel:
     _level_sums: tuple[LevelSum, ...] = field(init=False, repr=False)
     _one_pascal: float = field(init=False, repr=False)
     """SPLV of 1 Pa at every line: the A-weighting and the reference of all lines at once."""
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         weights = _normalised(self.weights, [case.load_case for case in self.cases])

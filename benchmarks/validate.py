@@ -94,7 +94,7 @@ def imported(path: Path) -> tuple[Path, ...]:
     for name in names:
         place = name.removeprefix("deboom.studies.").replace(".", "/")
         base = ROOT / "studies" if name.startswith("deboom.studies.") else ROOT / "src"
-        for folder in (base, ROOT / "benchmarks"):
+        for folder in (base, ROOT / "benchmarks", ROOT / "tests"):
             found |= {p for p in (folder / f"{place}.py", folder / place / "__init__.py")}
     return tuple(sorted(p for p in found if p.exists()))
 

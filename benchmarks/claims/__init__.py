@@ -5,14 +5,18 @@ here stands what takes many draws, and what the shipped studies find.
 """
 
 import os
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from deboom.explore.workers import process_pool
+
+sys.path.append(str(Path(__file__).parents[2] / "tests"))  # where `samples` are
 
 
 @dataclass(frozen=True)

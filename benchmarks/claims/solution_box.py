@@ -25,7 +25,7 @@ from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.runs.platform_options import MotionOptions
 from deboom.runs.runner import load_study
 from deboom.vehicles.booming_model import Motion
-from known_boxes import exact_share, ratio_of, two_vehicles
+from samples.known_boxes import exact_share, ratio_of, two_vehicles
 
 STUDY = load_study("solution_box").module
 EFFORT = BoxEffort(calibration=2**20, verification=2**20)

@@ -1,13 +1,14 @@
 """Transfer path analysis.
 
 Forces at the mounts by inversion, by mount stiffness and as blocked forces, on assemblies of
-masses, springs and nine mounts that are solved directly (`benchmarks/transfer_path_assembly.py`),
-and on the virtual bench's coupled vehicle. Noise of 1 % is complex and part of every single value,
-in the accelerances as in the responses; errors are the rms over lines and paths against the rms
-force. The condition number is that of the matrix with its columns scaled to norm 1. At a condition
-number just below 100, 1 % of noise may cost more than 10 % on a single line: the bound holds over
-lines, and by far where sensors sit beside the mounts. Away from them plain least squares misses it;
-regularisation, which is the default, takes the error of the worst directions down.
+masses, springs and nine mounts that are solved directly
+(`tests/samples/transfer_path_assembly.py`), and on the virtual bench's coupled vehicle. Noise of 1
+% is complex and part of every single value, in the accelerances as in the responses; errors are the
+rms over lines and paths against the rms force. The condition number is that of the matrix with its
+columns scaled to norm 1. At a condition number just below 100, 1 % of noise may cost more than 10 %
+on a single line: the bound holds over lines, and by far where sensors sit beside the mounts. Away
+from them plain least squares misses it; regularisation, which is the default, takes the error of
+the worst directions down.
 """
 
 import tempfile
@@ -23,7 +24,14 @@ from deboom.measurement.channels import Spectrum
 from deboom.measurement.measured_vehicle import path_accelerance
 from deboom.measurement.path_forces import forces_by_inversion
 from deboom.physics.force_inversion import CROSS_VALIDATED, PLAIN, invert_for_forces
-from transfer_path_assembly import INDICATORS, INTERFACE, accelerance, receiver, source, with_noise
+from samples.transfer_path_assembly import (
+    INDICATORS,
+    INTERFACE,
+    accelerance,
+    receiver,
+    source,
+    with_noise,
+)
 
 GOOD = 100
 BESIDE = np.arange(INDICATORS.size)

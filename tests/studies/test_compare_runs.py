@@ -25,7 +25,7 @@ from pathlib import Path
 import pandas as pd
 
 from deboom.explore.front import replicates, verified as verified_values
-from known_truth import quad2
+from samples.known_truth import quad2
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.space import stiffness_factor_space

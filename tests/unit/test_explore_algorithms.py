@@ -18,7 +18,7 @@ from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import ALGORITHMS, RobustProblem, Until, nsga2, search, searched
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
-from known_truth import exact_front, quad2
+from samples.known_truth import exact_front, quad2
 
 MODEL = quad2(4, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)

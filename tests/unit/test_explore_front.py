@@ -31,7 +31,7 @@ from deboom.explore.robust import Robust, RobustValues
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
-from known_truth import exp1, quad2
+from samples.known_truth import exp1, quad2
 
 
 def values(objectives, designs=None, failed=None):

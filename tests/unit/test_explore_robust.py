@@ -23,7 +23,7 @@ from deboom.explore.scatter import (
 from deboom.explore.search import nsga2
 from deboom.explore.selection import pick
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
-from known_truth import quad2
+from samples.known_truth import quad2
 
 SPACE = stiffness_factor_space(("a", "b"))
 DRAWS = ToleranceSample(np.array([[-1.0, 0.5], [0.0, -2.0], [1.0, 1.0]]), "by hand", seed=1)

@@ -19,7 +19,7 @@ from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust, Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import FAILED_OBJECTIVE, RobustProblem, merge, nsga2
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
-from known_truth import quad2
+from samples.known_truth import quad2
 
 MODEL = quad2(4, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)

@@ -19,7 +19,7 @@ from deboom.explore.sensitivity import (
     tolerance_inputs,
 )
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
-from known_indices import SobolG
+from samples.known_indices import SobolG
 
 G = SobolG((0.0, 1.0, 9.0))
 DESIGNS = sobol_designs(G.inputs, 16, seed=1)

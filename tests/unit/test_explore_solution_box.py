@@ -10,8 +10,8 @@ from deboom.errors import InputError
 from deboom.explore import largest_box
 from deboom.explore.box import Box, BoxQuestion, lower_bound, smooth_share, verified_share
 from deboom.explore.space import ResponseFunction, sobol_points
-from known_boxes import LinearProblem, QuadraticProblem
-from known_truth import quad2
+from samples.known_boxes import LinearProblem, QuadraticProblem
+from samples.known_truth import quad2
 
 QUICK = largest_box.BoxEffort(
     starts=1, coarse=((0.5, 256),), fine=((0.15, 512),), calibration=8192, verification=8192

@@ -29,7 +29,7 @@ from deboom.explore.tolerance_allocation import (
     ToleranceCost,
     ToleranceEffect,
 )
-from known_truth import quad2
+from samples.known_truth import quad2
 
 SECOND = cut_normal_moments()[0]
 

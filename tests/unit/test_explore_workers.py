@@ -19,7 +19,7 @@ from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.explore.workers import SpreadResponse, workers_for
-from known_truth import quad2
+from samples.known_truth import quad2
 
 MODEL = quad2(4, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)

@@ -24,7 +24,7 @@ from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.limits import GRAVITY, MountRequirements, TorqueTravel, WeightSag
 from deboom.vehicles.powertrain import KinematicModel, Powertrain
 from deboom.vehicles.uncertain_data import MeasuredArrays, transfer_floor, transfer_paths
-from hammer_test import draw_hammer_test, measure
+from samples.hammer_test import draw_hammer_test, measure
 
 LINES = np.arange(20.0, 24.0)
 

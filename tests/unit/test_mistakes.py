@@ -1,4 +1,4 @@
-"""What people do wrong in folders is named; benchmarks/mistakes.py builds many more."""
+"""What people do wrong in folders is named; tests/samples/mistakes.py builds many more."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from deboom.errors import DataWarning, InputError
 from deboom.files.platform import read_platform
 from deboom.vehicles.platform import MountSource
 from deboom.vehicles.plausibility import platform_findings
-from mistakes import MISTAKES, outcomes
+from samples.mistakes import MISTAKES, outcomes
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from deboom.explore.search import nsga2, searched
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.runs.options import Aim, robust_response
 from deboom.runs.search import ThoroughSearchOptions
-from known_truth import quad2
+from samples.known_truth import quad2
 
 MODEL = quad2(5, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)

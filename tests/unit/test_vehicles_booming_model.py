@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-import kernels as bench
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
@@ -24,15 +23,16 @@ from deboom.vehicles.booming_model import (
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Fleet, PathContributions, Vehicle, path_contributions
 from deboom.vehicles.powertrain import Powertrain
+from samples import drawn_cars
 
-SHAPE = bench.Shape("small", 4, 3, 41, 3, 2, 4)
-DESIGNS = bench.designs(SHAPE)
+SHAPE = drawn_cars.Shape("small", 4, 3, 41, 3, 2, 4)
+DESIGNS = drawn_cars.designs(SHAPE)
 CASES = {
     motion: tuple(
         problem(SHAPE, seed)  # type: ignore[call-arg]
         for seed in (1, 2)
     )
-    for motion, problem in bench.PROBLEMS.items()
+    for motion, problem in drawn_cars.PROBLEMS.items()
 }
 PRESCRIBED, COUPLED, SOFTENING = (cases[0] for cases in CASES.values())
 MOTIONS = pytest.mark.parametrize("motion", list(Motion))
@@ -117,7 +117,7 @@ def test_the_gradient_with_amplitudes_agrees_with_differences_of_the_model():
 
 def test_amplitudes_without_rest_are_no_result():
     """A stiffness that falls ever more with the amplitude throws the motion about."""
-    few = bench.amplitude_problem(replace(SHAPE, n_lines=9))
+    few = drawn_cars.amplitude_problem(replace(SHAPE, n_lines=9))
     cubic = np.zeros_like(few.cubic)
     cubic[..., 0], cubic[..., 3] = 41.0, -40.0
     wild = replace(few, cubic=cubic, highest=np.full(few.highest.shape, np.inf))

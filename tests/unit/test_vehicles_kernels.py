@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-import kernels as bench
 from deboom.vehicles import kernels
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.fleet import ROWS, PathContributions
 from deboom.vehicles.kernels import LevelSum, level_sum
+from samples import drawn_cars
 
-SHAPE = bench.Shape("small", 40, 3, 101, 3, 2, 7)
-CASES = {motion: problem(SHAPE) for motion, problem in bench.PROBLEMS.items()}
-DESIGNS = bench.designs(SHAPE)
+SHAPE = drawn_cars.Shape("small", 40, 3, 101, 3, 2, 7)
+CASES = {motion: problem(SHAPE) for motion, problem in drawn_cars.PROBLEMS.items()}
+DESIGNS = drawn_cars.designs(SHAPE)
 TIERS = pytest.mark.parametrize("compiled", [False, True])
 MOTIONS = pytest.mark.parametrize("motion", list(Motion))
 
@@ -82,8 +82,8 @@ def test_tiers_agree(motion, monkeypatch):
 
 
 def test_tiers_agree_where_each_spring_has_an_elastic_and_a_lossy_part():
-    shape = bench.Shape("one mount", 4, 3, 41, 1, 1, 2)
-    case, designs = bench.coupled_problem(shape).with_loss_factors(), bench.designs(shape)
+    shape = drawn_cars.Shape("one mount", 4, 3, 41, 1, 1, 2)
+    case, designs = drawn_cars.coupled_problem(shape).with_loss_factors(), drawn_cars.designs(shape)
     both = np.hstack([designs, designs * designs[::-1]])
     plain, compiled = (level_sum(case, compiled=tier)(both) for tier in (False, True))
     np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-9)
@@ -104,7 +104,7 @@ def test_neighbours_out_of_range_change_no_bit_and_are_right_themselves(motion):
 
 @pytest.mark.parametrize("motion", [Motion.coupled, Motion.amplitude])
 def test_tilted_mounts_are_compiled(motion, monkeypatch):
-    case = bench.tilted(CASES[motion])
+    case = drawn_cars.tilted(CASES[motion])
     n = 16 if motion is Motion.amplitude else 128
     plain, compiled = (level_sum(case, compiled=tier) for tier in (False, True))
     assert compiled.tables is not None
@@ -115,8 +115,8 @@ def test_tilted_mounts_are_compiled(motion, monkeypatch):
 
 
 def test_bodies_that_give_way_are_compiled(monkeypatch):
-    shape = bench.Shape("small", 20, 2, 21, 3, 2, 4)
-    case, rows = bench.flexible_problem(shape), bench.designs(shape)
+    shape = drawn_cars.Shape("small", 20, 2, 21, 3, 2, 4)
+    case, rows = drawn_cars.flexible_problem(shape), drawn_cars.designs(shape)
     plain, compiled = (level_sum(case, compiled=tier) for tier in (False, True))
     expected = plain(rows)
     monkeypatch.setattr(LevelSum, "_plain", None)  # no design falls back on numpy

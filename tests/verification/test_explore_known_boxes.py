@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-import known_boxes
 from deboom.explore.box import Box, BoxQuestion, face_shares
 from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.explore.space import sobol_points
+from samples import known_boxes
 
 EFFORT = BoxEffort(calibration=2**18, verification=2**18)
 SLOPE = np.array([0.7, 1.1, 1.6, 0.9])

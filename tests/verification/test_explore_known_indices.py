@@ -9,7 +9,7 @@ from deboom.explore import front, sensitivity
 from deboom.explore.correlation import correlations, families, tolerance_scatter
 from deboom.explore.scatter import capability, predicted_pieces
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
-from known_indices import Ishigami, SobolG
+from samples.known_indices import Ishigami, SobolG
 
 
 def analysed(inputs, model, n_base, seed=1, **options):

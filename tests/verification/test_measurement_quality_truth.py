@@ -20,7 +20,7 @@ from deboom.measurement.culprit import (
 from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
 from deboom.physics.frf import FrfForm, convert
 from deboom.physics.rigid_body import rotation_matrix
-from hammer_test import CAREFUL, EXACT, OFFSET, draw_fault, draw_hammer_test, measure
+from samples.hammer_test import CAREFUL, EXACT, OFFSET, draw_fault, draw_hammer_test, measure
 
 
 @pytest.fixture(scope="module")

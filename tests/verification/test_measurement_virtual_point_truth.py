@@ -12,7 +12,7 @@ from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.physics.force_inversion import Inversion, Regularisation
 from deboom.physics.frf import FrfForm
 from deboom.physics.rigid_body import shift_matrix
-from hammer_test import draw_hammer_test, measure
+from samples.hammer_test import draw_hammer_test, measure
 
 SEEDS = (1,)
 

@@ -12,7 +12,7 @@ from deboom.errors import InputError
 from deboom.measurement.impact_test import ForceWindow, HammerOptions, hammer_frf
 from deboom.physics import frf
 from deboom.physics.sound_level import mean_level, spl, splv
-from struck_mass import DAMPING, NATURAL, POLES, fitted_pole, inertance, measured
+from samples.struck_mass import DAMPING, NATURAL, POLES, fitted_pole, inertance, measured
 
 DATA = Path(__file__).parents[1] / "data" / "vibrationtesting-analyzer"
 BAND = slice(5, 1600)

@@ -19,7 +19,7 @@ from deboom.physics.force_inversion import (
     tikhonov_filters,
 )
 from deboom.physics.frf import corr_f, corr_s
-from transfer_path_assembly import (
+from samples.transfer_path_assembly import (
     FREQUENCY,
     INDICATORS,
     INTERFACE,

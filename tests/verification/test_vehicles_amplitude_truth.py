@@ -5,8 +5,6 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-import kernels as bench
-import resolved_truth as truth
 from deboom.files.platform import read_platform
 from deboom.mounts.response_surface import operating_points
 from deboom.mounts.surface_forces import identified_surfaces
@@ -24,9 +22,11 @@ from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.coupled_motion import CoupledMotion, coupled_motion
 from deboom.vehicles.kernels import level_sum
 from deboom.vehicles.powertrain import library_model
+from samples import drawn_cars
+from samples import resolved_truth as truth
 
-SHAPE = bench.Shape("small", 4, 3, 41, 3, 2, 4)
-DESIGNS = bench.designs(SHAPE)
+SHAPE = drawn_cars.Shape("small", 4, 3, 41, 3, 2, 4)
+DESIGNS = drawn_cars.designs(SHAPE)
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def of_case(platform, parts, name, settling=None, follow=True):
 
 
 def test_stiffness_that_ignores_the_amplitude_is_the_coupled_motion():
-    motion = bench.amplitude_problem(SHAPE)
+    motion = drawn_cars.amplitude_problem(SHAPE)
     still = replace(motion, cubic=np.broadcast_to([1.0, 0, 0, 0], motion.cubic.shape))
     amplitude = BoomingModel((still,), (1.0,), compiled=False)
     plain = CoupledMotion(**{f.name: getattr(motion, f.name) for f in fields(CoupledMotion)})
@@ -66,7 +66,7 @@ def test_stiffness_that_ignores_the_amplitude_is_the_coupled_motion():
 
 def _duffing(cubic_share):
     """Return a wheel end whose stiffness is ``K (1 + β a²)``, normalised at its amplitude."""
-    base = bench.coupled_problem(SHAPE)
+    base = drawn_cars.coupled_problem(SHAPE)
     amplitude = base.nominal_amplitude
     cubic = np.zeros((*amplitude.shape, 4), dtype=complex)
     cubic[..., 0] = 1.0
@@ -129,7 +129,7 @@ def test_a_solution_is_found_where_plain_iteration_crawls_through_a_fold():
 
 def test_six_degrees_of_freedom_against_another_solver():
     """`amplitude_dependent_response` knows nothing of ratios, lines before, or designs."""
-    motion, design = bench.amplitude_problem(SHAPE), DESIGNS[1]
+    motion, design = drawn_cars.amplitude_problem(SHAPE), DESIGNS[1]
     base, lines = motion.bodies[0], np.arange(41)
     nominal = base.stiffness * design[base.variables]
 
@@ -147,7 +147,7 @@ def test_six_degrees_of_freedom_against_another_solver():
 
 
 def test_tolerance_bounds_the_error_of_the_sum():
-    motion = bench.amplitude_problem(SHAPE)
+    motion = drawn_cars.amplitude_problem(SHAPE)
     exact = level_sum(replace(motion, tolerance=1e-12), compiled=False)(DESIGNS)
     for tolerance, allowed in ((1e-4, 0.1), (1e-6, 1e-3)):
         found = level_sum(replace(motion, tolerance=tolerance), compiled=False)(DESIGNS)

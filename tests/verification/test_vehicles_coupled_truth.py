@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-import kernels as bench
 from deboom.files.platform import read_platform
 from deboom.physics.forced_response import forced_response
 from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix
@@ -15,9 +14,10 @@ from deboom.physics.sound_level import spl
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.fleet import path_contributions
+from samples import drawn_cars
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
-SHAPE = bench.Shape("small", 4, 3, 41, 3, 2, 4)
+SHAPE = drawn_cars.Shape("small", 4, 3, 41, 3, 2, 4)
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def drawn_designs():
 
 
 def test_motion_is_the_forced_response_of_an_independent_assembly():
-    motion, designs = bench.coupled_problem(SHAPE), bench.designs(SHAPE)
+    motion, designs = drawn_cars.coupled_problem(SHAPE), drawn_cars.designs(SHAPE)
     powertrain, *wheel_ends = motion.bodies
     positions = [(0.05, 0.43, 0.2), (-0.03, -0.45, 0.19), (0.2, -0.06, -0.27)]
     for design in designs[::3]:
@@ -50,11 +50,11 @@ def test_motion_is_the_forced_response_of_an_independent_assembly():
 
 def test_gradient_agrees_with_differences_of_fourth_order():
     """Away from notches: each derivative within 1e-6 of the largest of its vehicle."""
-    first, second = bench.coupled_problem(SHAPE, 1), bench.coupled_problem(SHAPE, 11)
+    first, second = drawn_cars.coupled_problem(SHAPE, 1), drawn_cars.coupled_problem(SHAPE, 11)
     index = BoomingModel((first, second), (2.0, 1.0))
-    level = index.levels(bench.designs(SHAPE, 1))
+    level = index.levels(drawn_cars.designs(SHAPE, 1))
     # the design whose deepest line is the least deep
-    design = bench.designs(SHAPE, 1)[level.min(axis=(1, 2)).argmax()]
+    design = drawn_cars.designs(SHAPE, 1)[level.min(axis=(1, 2)).argmax()]
     found, step = index.gradient(design[np.newaxis])[0], 2e-4
     for k in range(12):
         moved = design + step * np.outer([-2, -1, 1, 2], np.eye(12)[k])

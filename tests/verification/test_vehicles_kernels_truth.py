@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import kernels as bench
 from deboom.vehicles.fleet import PathContributions
 from deboom.vehicles.kernels import level_sum
+from samples import drawn_cars
 
 WITHIN = 1e-9
 """What a sum over all lines may be off [dB]."""
@@ -130,19 +130,21 @@ def test_one_path_200_decades_below_another_still_counts_alone(compiled):
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_coupled_motion_agrees_with_lapack_at_small_losses(seed):
     """No pivots are needed: with losses twenty times too small resonances are sharp."""
-    shape = bench.Shape("as shipped", 64, 5, 161, 3, 2, 1)
-    motion, designs = bench.coupled_problem(shape, seed), bench.designs(shape, seed)
+    shape = drawn_cars.Shape("as shipped", 64, 5, 161, 3, 2, 1)
+    motion, designs = drawn_cars.coupled_problem(shape, seed), drawn_cars.designs(shape, seed)
     for loss in (1.0, 0.05):
         stiffness = motion.stiffness.real + 1j * loss * motion.stiffness.imag
         resonant = motion.with_stiffness(stiffness)
         found = level_sum(resonant, compiled=True)(designs)
-        np.testing.assert_allclose(found, bench.at_once(resonant, designs), rtol=0, atol=WITHIN)
+        np.testing.assert_allclose(
+            found, drawn_cars.at_once(resonant, designs), rtol=0, atol=WITHIN
+        )
 
 
 def test_amplitudes_of_a_body_off_its_reference_point_agree_with_numpy():
     """Complex cubics, and a centre of gravity beside the reference point."""
-    shape = bench.Shape("small", 2, 3, 21, 3, 2, 4)
-    motion, designs = bench.amplitude_problem(shape), bench.designs(shape)
+    shape = drawn_cars.Shape("small", 2, 3, 21, 3, 2, 4)
+    motion, designs = drawn_cars.amplitude_problem(shape), drawn_cars.designs(shape)
     powertrain, *wheel_ends = motion.bodies
     x, y, z = 0.11, -0.07, 0.05
     turn = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import resolved_truth as truth
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.measurement.campaign import StaticCurve
@@ -12,6 +11,7 @@ from deboom.mounts.surface_forces import identified_surfaces
 from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.design_factor import StaticPosition, part_ratio
 from deboom.vehicles.powertrain import KinematicModel, library_model
+from samples import resolved_truth as truth
 
 PLATFORM = read_platform(truth.PLATFORM)
 PARTS = truth.platform_parts(PLATFORM)

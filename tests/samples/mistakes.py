@@ -1,8 +1,8 @@
 """Mistakes that people make in folders of measurements, each built on a folder without any.
 
-``python benchmarks/mistakes.py --seeds 101 102`` builds every mistake once per seed, at a place and
-of a size that the seed draws, and says what ``deboom check`` makes of it. A mistake is named if a
-fault, a WARNING or an ALARM that the folder did not have before holds one of the words that tell
+``python tests/samples/mistakes.py --seeds 101 102`` builds every mistake once per seed, at a place
+and of a size that the seed draws, and says what ``deboom check`` makes of it. A mistake is named if
+a fault, a WARNING or an ALARM that the folder did not have before holds one of the words that tell
 where it is: a channel, a vehicle, a key, a file. What cannot be seen in any data is built too, and
 counted apart. Seeds to `LAST_TUNING` are for tuning, later ones judge.
 """

@@ -18,7 +18,7 @@ from deboom.physics.sound_level import spl
 from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.platform import LIBRARY_FILE, Platform
 
-PLATFORM = Path(__file__).parents[1] / "studies" / "data" / "u06_f39_f45"
+PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 OPTIMUM = {"TSM x": 0.80, "Du x": 0.80, "EnM x": 1.20, "GeM x": 1.14}
 """The best-mean optimum of the study with prescribed motion."""
 

@@ -16,7 +16,7 @@ from scipy.optimize import brentq, minimize
 from deboom.arrays import RealArray
 from deboom.explore.box import Box, BoxQuestion
 from deboom.explore.largest_box import BoxEffort, largest_box
-from known_truth import Quad2, quad2
+from samples.known_truth import Quad2, quad2
 
 SHARE = 0.95
 NODES = 400

@@ -59,10 +59,10 @@ def plain_pymoo(
     robust: deboom.Robust, seed: int, population: int, generations: int
 ) -> RobustValues:
     """Return the last population of pymoo's own `minimize`."""
-    found = minimize(
+    optimum = minimize(
         deboom.RobustProblem(robust), NSGA2(population), ("n_gen", generations), seed=seed
     )
-    return robust(np.atleast_2d(found.X))
+    return robust(np.atleast_2d(optimum.X))
 
 
 def rivals(seed: int) -> dict[str, Callable[[deboom.Robust], RobustValues]]:

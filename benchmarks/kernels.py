@@ -106,11 +106,11 @@ def measure(
     """Time all rivals side by side; one row each."""
     case = (problem or PROBLEMS[motion])(shape)
     rows = designs(shape)
-    one = rows[: shape.n_draws]
+    rows_of_design = rows[: shape.n_draws]
     plain, compiled = (level_sum(case, compiled=compiled) for compiled in (False, True))
-    few = one[: {Motion.prescribed: 25, Motion.coupled: 3, Motion.amplitude: 2}[motion]]
+    few = rows_of_design[: {Motion.prescribed: 25, Motion.coupled: 3, Motion.amplitude: 2}[motion]]
     rivals: dict[str, tuple[Sums, RealArray]] = {LOOP: (lambda x: loop(case, x), few)}
-    rivals |= {NUMPY: (plain, one), NUMBA: (compiled, rows)}
+    rivals |= {NUMPY: (plain, rows_of_design), NUMBA: (compiled, rows)}
     if problem is not None:
         rivals |= {BESIDE: (level_sum(PROBLEMS[motion](shape), compiled=True), rows)}
 
@@ -123,10 +123,12 @@ def measure(
     with threadpool_limits(1, user_api="blas"):
         calls = {name: bind(*rival) for name, rival in rivals.items()}
         quiet = quiet_seconds(calls, seconds, calls=2 if motion is Motion.amplitude else 4)
-        truth = exact(case, one)
+        truth = exact(case, rows_of_design)
         same = [name for name in rivals if name != BESIDE]
-        errors = {name: np.abs(rivals[name][0](one) - truth).max() for name in same}
-    each = pd.Series({name: quiet[name] * len(one) / len(x) for name, (_, x) in rivals.items()})
+        errors = {name: np.abs(rivals[name][0](rows_of_design) - truth).max() for name in same}
+    each = pd.Series(
+        {name: quiet[name] * len(rows_of_design) / len(x) for name, (_, x) in rivals.items()}
+    )
     return pd.DataFrame(
         {
             "one evaluation [µs]": 1e6 * each,

@@ -60,15 +60,15 @@ def _sheets(words: str, errors: Tolerances, sure: tuple[Fault, ...]) -> list[Cla
             fault = None if kind is None else draw_fault(test, kind, generator)
             measured = measure(test, generator, fault=fault, errors=errors)
             point = virtual_point(sensor_geometry(test.sensors))
-            found = culprit_of_responses(point, measured, errors)
+            culprit = culprit_of_responses(point, measured, errors)
             if fault is None:
-                alarms += found.named
+                alarms += culprit.named
                 continue
-            suspect = found.suspect
+            suspect = culprit.suspect
             who = suspect.name.split()[0] == fault.sensor
             same = kind is Fault.OFFSET or set(suspect.channels) == set(fault.channels)
-            right = found.named and who
-            rows.append((kind, found.named, who, right, right and suspect.fault is kind and same))
+            right = culprit.named and who
+            rows.append((kind, culprit.named, who, right, right and suspect.fault is kind and same))
     words = f"hammer tests with {words}"
     columns = ["kind", "named", "first suspect", "sensor", "fault"]
     counts = pd.DataFrame(rows, columns=columns).groupby("kind", sort=False).sum()

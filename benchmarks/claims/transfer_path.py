@@ -45,11 +45,11 @@ def claims() -> list[Claim]:
     return [*_assemblies_with_noise(), _laboratory()]
 
 
-def _split(found, truth: np.ndarray) -> tuple[np.ndarray, ...]:
+def _split(estimated, truth: np.ndarray) -> tuple[np.ndarray, ...]:
     """Condition numbers, and squared errors and forces of the lines where they are good."""
-    good = found.condition_number < GOOD
-    error, force = ((np.abs(f[good]) ** 2).sum(axis=1) for f in (found.force - truth, truth))
-    return found.condition_number, error, force
+    good = estimated.condition_number < GOOD
+    error, force = ((np.abs(f[good]) ** 2).sum(axis=1) for f in (estimated.force - truth, truth))
+    return estimated.condition_number, error, force
 
 
 def _noise_claim(what: str, results: Sequence[tuple[np.ndarray, ...]]) -> Claim:
@@ -103,7 +103,7 @@ def _vehicle(seed: int) -> float:
         with np.load(folder / "truth" / "g5_wot220.npz", allow_pickle=False) as truth:
             names, force = tuple(truth["channels"].tolist()), truth["force"]
     run = measured.run("g5_wot220")
-    found = forces_by_inversion(path_accelerance(measured), run.acceleration).force
-    true = Spectrum(found.frequency, force, names, "N").select(found.channels)
-    error = np.linalg.norm(found.values - true.values) / np.linalg.norm(true.values)
+    estimated = forces_by_inversion(path_accelerance(measured), run.acceleration).force
+    true = Spectrum(estimated.frequency, force, names, "N").select(estimated.channels)
+    error = np.linalg.norm(estimated.values - true.values) / np.linalg.norm(true.values)
     return 100 * float(error)

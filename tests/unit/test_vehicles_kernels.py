@@ -95,11 +95,11 @@ def test_neighbours_out_of_range_change_no_bit_and_are_right_themselves(motion):
     designs = DESIGNS[:140]
     crowd = designs.copy()
     crowd[[3, 70]] = designs[[3, 70]] * [[1e-5], [1e5]]
-    found = compiled(crowd)
+    sums = compiled(crowd)
     ordinary = np.setdiff1d(np.arange(len(designs)), [3, 70])
-    np.testing.assert_array_equal(found[ordinary], compiled(designs)[ordinary])
-    np.testing.assert_array_equal(found[[3, 70]], plain(crowd[[3, 70]]))
-    assert np.isfinite(found).all()
+    np.testing.assert_array_equal(sums[ordinary], compiled(designs)[ordinary])
+    np.testing.assert_array_equal(sums[[3, 70]], plain(crowd[[3, 70]]))
+    assert np.isfinite(sums).all()
 
 
 @pytest.mark.parametrize("motion", [Motion.coupled, Motion.amplitude])
@@ -144,9 +144,9 @@ def test_a_design_gives_the_same_bits_beside_one_that_overflows_and_one_that_is_
     for i, factor in itertools.product((0, 31, 60), (1e-30, 1e30)):
         crowd = np.insert(designs, i, designs[5] * factor, axis=0)
         crowd = np.insert(crowd, 17, np.eye(12)[0] == 0.0, axis=0)
-        found = summed(crowd)
-        assert np.isneginf(found[17]).all()
-        ordinary = np.delete(found, [17, i if i < 17 else i + 1], axis=0)
+        sums = summed(crowd)
+        assert np.isneginf(sums[17]).all()
+        ordinary = np.delete(sums, [17, i if i < 17 else i + 1], axis=0)
         np.testing.assert_array_equal(ordinary, alone)
 
 
@@ -156,10 +156,10 @@ def test_silence_is_minus_infinity_of_that_design_and_vehicle_only(compiled):
     values[0, 3] = [1.0, -1.0]
     values[1, :, 1] = 2.0
     summed = level_sum(contributions(values), compiled=compiled)
-    found = summed(np.array([[1.0, 1.0], [1.0, 0.5], [2.0, 2.0]]))
+    sums = summed(np.array([[1.0, 1.0], [1.0, 0.5], [2.0, 2.0]]))
     silent = [[True, False], [False, False], [True, False]]
-    np.testing.assert_array_equal(np.isneginf(found), silent)
-    assert found[1, 1] == pytest.approx(5 * 20 * np.log10(2.0))
+    np.testing.assert_array_equal(np.isneginf(sums), silent)
+    assert sums[1, 1] == pytest.approx(5 * 20 * np.log10(2.0))
     nothing = level_sum(contributions(np.zeros((1, 5, 2))), compiled=compiled)
     assert np.isneginf(nothing(np.ones((3, 2)))).all()
 
@@ -182,14 +182,14 @@ def test_blas_threads_do_not_matter_and_are_given_back():
         return [lib["num_threads"] for lib in threadpool_info() if lib["user_api"] == "blas"]
 
     summed, designs = level_sum(contributions(random(5, 161, 12)), compiled=False), uniform(300, 12)
-    found = []
+    results = []
     for n_threads in (1, 2, 3):
         with threadpool_limits(n_threads, user_api="blas"):
             before = blas_threads()
-            found.append(summed(designs))
+            results.append(summed(designs))
             assert blas_threads() == before
-    np.testing.assert_array_equal(found[0], found[1])
-    np.testing.assert_array_equal(found[0], found[2])
+    np.testing.assert_array_equal(results[0], results[1])
+    np.testing.assert_array_equal(results[0], results[2])
 
 
 @pytest.mark.parametrize(("options", "kernel"), [({}, "numba"), ({"compiled": False}, "numpy")])

@@ -41,7 +41,7 @@ def assert_slopes(robust, seed, rtol):
     """Compare sums, their gradients and those of every mean with differences of fourth order."""
     k = robust.space.n_variables
     design = np.random.default_rng(seed).uniform(0.85, 1.15, k)
-    found, slopes = objectives_and_gradients(robust, design, each_mean=True)
+    computed, slopes = objectives_and_gradients(robust, design, each_mean=True)
     step = 2e-4
     rows = [robust(design + by * step * np.eye(k)) for by in (1, -1, 2, -2)]
     near_up, near_down, up, down = (np.column_stack([r.objectives, r.mean]) for r in rows)
@@ -49,7 +49,7 @@ def assert_slopes(robust, seed, rtol):
     np.testing.assert_allclose(slopes, expected, atol=rtol * np.abs(expected).max())
     values = robust(design[np.newaxis])
     whole = np.concatenate([values.objectives[0], values.mean[0]])
-    np.testing.assert_allclose(found, whole, rtol=1e-11)
+    np.testing.assert_allclose(computed, whole, rtol=1e-11)
 
 
 @pytest.mark.parametrize("name", MODELS)

@@ -90,7 +90,7 @@ class Parts(Enum):
 
     identical = "identical"
     """One part number: one axial and one radial stiffness for all mounts."""
-    own = "own"
+    separate = "own"
     """An axial and a radial stiffness for every mount."""
 
 

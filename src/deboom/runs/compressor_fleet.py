@@ -43,8 +43,10 @@ from deboom.compressor.cabin_index import (
 )
 from deboom.compressor.cabin_noise import RunningInCar, running_in_car
 from deboom.compressor.hoses import hose_matrices
+from deboom.compressor.identifiability import propagated
 from deboom.compressor.identification import Identification, IdentifyOptions
 from deboom.compressor.identify import identify
+from deboom.compressor.model import CompressorModel
 from deboom.compressor.sources import case_name, source_loads
 from deboom.compressor.unbalance_load import gyroscopic_mass
 from deboom.errors import InputError
@@ -52,6 +54,7 @@ from deboom.explore.robust import DesignLimits, Limit, Limits
 from deboom.explore.space import DesignSpace
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.electric_car import ElectricCar
+from deboom.physics.rigid_body import forward_matrices
 from deboom.physics.sound_level import spl
 
 OTHER_CARS = 200
@@ -190,6 +193,38 @@ class MountedFleet:
         """|K| of every mount there at factor 1, axial and two radial, shape (m, 3) [N/m]."""
         gain = abs(self.index.gain[list(self.index.frequency).index(self.reference_line)])
         return np.array([gain * mount.stiffness for mount in self.index.mounts])
+
+    def deviation_at_reference(self, weights: RealArray) -> float:
+        """Return 1 σ of a mean |K| there over it, of hammer test and drawing of the mounts [1].
+
+        - `weights` (m, 3): share of each stiffness in the mean, their sum 1 [1].
+        """
+        line = np.array([self.reference_line])
+
+        def gain(model: CompressorModel) -> RealArray:
+            return np.asarray(np.abs(model.gain.at(line)))
+
+        calibrated = self.identified.calibrated
+        of_gain = np.sqrt(propagated(calibrated, gain)[0, 0]) / gain(calibrated.model)[0]
+        return float(np.hypot(of_gain, self.running.shares.deviation_of_mean(weights)))
+
+    @property
+    def amplitude_at_reference(self) -> RealArray:
+        """Peak amplitude of every mount there along its axes, shape (m, 3) [m].
+
+        Of its side at the compressor, in the sweep of the first pressure that counts; that of the
+        body is small beside it.
+        """
+        source, first = self.running.source, self.index.case_names[0]
+        pressures = {sweep.name: case_name(sweep.pressure) for sweep in source.test.sweeps}
+        motion = next(each.motion for each in source.motions if pressures[each.sweep] == first)
+        row = int(np.argmin(np.abs(motion.frequency - self.reference_line)))
+        mounts = self.index.mounts
+        positions = np.array([mount.position for mount in mounts])
+        moved = forward_matrices(positions) @ motion.values[row].ravel()
+        moved = moved.reshape(-1, 3) / (2.0 * np.pi * motion.frequency[row]) ** 2
+        turn = np.array([mount.orientation for mount in mounts])
+        return np.asarray(np.abs(np.einsum("mji,mj->mi", turn, moved)))
 
     @property
     def alarms(self) -> tuple[str, ...]:

@@ -323,6 +323,9 @@ def test_a_set_is_the_model_of_its_parts():
         columns = [VALUES[number][:, :, 3 * m : 3 * m + 3] for m, number in enumerate(numbers)]
         alone = with_values(np.concatenate(columns, axis=2))
         np.testing.assert_array_equal(row, alone(design[None])[0])
+    levels = model.levels(np.hstack([sets, factors]))
+    assert levels.shape == (4, 2, model.frequency.size)
+    np.testing.assert_allclose(levels.sum(axis=-1), found, rtol=1e-12)
     carried = pickle.loads(pickle.dumps(model))
     np.testing.assert_array_equal(carried(np.hstack([sets, factors])), levels)
     assert model.variable_names == ("A part", "B part", "C part", *NAMES)

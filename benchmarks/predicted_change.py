@@ -5,6 +5,10 @@ powertrain, a fleet and its measurements, goes to a good design by the model's g
 today's and the new parts in every car of the group, solved with the body's modes by the bench. It
 prints a table: seed, car, whether receptances were there, predicted and true change, and the
 standard deviation over repeated measurements [dB].
+
+Fleets 3001 to 3020 and 4001 to 4020 are for choosing the constants of
+`deboom.vehicles.predicted_change`. Fleets 7001 to 7044 (220 cars) judge them: they were named here
+before any was drawn, and no constant may be chosen after a look at them.
 """
 
 from __future__ import annotations

@@ -62,6 +62,17 @@ def test_the_cars_become_quieter_by_the_exact_model_too(finished, summary):
     assert summary["travel_ratio"] <= 1.2
 
 
+def test_a_search_may_limit_the_rise_of_peaks(runs, tmp_path):
+    options = {**TINY, "generations": 2, "population": 16, "peak_rise": 1.5}
+    run = run_study(STUDY, tmp_path, options)
+    limits = pd.read_csv(run / "limits.csv").set_index("number")
+    rise = limits.loc["rise of a booming peak [dB]"]
+    assert rise["at most"] == 1.5
+    assert rise["best-mean"] <= 1.5
+    peaks = pd.read_csv(run / "peaks.csv")
+    assert peaks["change [dB]"].max() <= 1.5 + 1e-9
+
+
 def test_the_supplier_gets_the_sheet_of_every_mount(finished, summary, tmp_path):
     call("report", finished, "--supplier", "--out", tmp_path)
     hold(tmp_path / "supplier_sheet_mounts.html", "supplier_compressor")

@@ -318,13 +318,16 @@ def test_a_set_is_the_model_of_its_parts():
     model = catalogue()
     sets = np.array([[0, 0, 0], [2, 1, 0], [1, 0, 2], [2, 1, 0]], dtype=float)
     factors = 0.8 + 0.4 * RNG.random((4, 9))
-    levels = model(np.hstack([sets, factors]))
-    for row, numbers, design in zip(levels, sets.astype(int), factors, strict=True):
+    sums = model(np.hstack([sets, factors]))
+    for row, numbers, design in zip(sums, sets.astype(int), factors, strict=True):
         columns = [VALUES[number][:, :, 3 * m : 3 * m + 3] for m, number in enumerate(numbers)]
         alone = with_values(np.concatenate(columns, axis=2))
         np.testing.assert_array_equal(row, alone(design[None])[0])
+    levels = model.levels(np.hstack([sets, factors]))
+    assert levels.shape == (4, 2, model.frequency.size)
+    np.testing.assert_allclose(levels.sum(axis=-1), sums, rtol=1e-12)
     carried = pickle.loads(pickle.dumps(model))
-    np.testing.assert_array_equal(carried(np.hstack([sets, factors])), levels)
+    np.testing.assert_array_equal(carried(np.hstack([sets, factors])), sums)
     assert model.variable_names == ("A part", "B part", "C part", *NAMES)
     assert (model.response_names, model.n_lines) == (("one", "two"), 21)
 

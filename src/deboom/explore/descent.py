@@ -25,7 +25,7 @@ from deboom.common import Progress
 from deboom.explore.front import nondominated
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
 from deboom.explore.robust import Robust
-from deboom.explore.scatter import ToleranceSample, ToleranceSampler
+from deboom.explore.scatter import ToleranceSample, ToleranceSampler, made_terms
 from deboom.explore.space import generator
 
 FEW_DRAWS = 16
@@ -113,14 +113,14 @@ def objectives_and_gradients(
 
     Notes
     -----
-    With draws ``x_t = x (1 + σ z_t)`` and responses ``y_tr``,
-    ``∂/∂x_k = Σ_t (1 + σ_k z_tk) Σ_r w_tr ∂y_tr/∂x_k``, where w are the derivatives of the
-    objective by the responses: ``1/n`` for the mean, ``(y_tr − mean_r) / (σ_r (n − 1))`` for the
-    sigma of plain moments.
+    With draws ``x_t = x m_t + a_t`` (`made_terms`; ``m_t = 1 + σ z_t`` of a relative tolerance)
+    and responses ``y_tr``, ``∂/∂x_k = Σ_t m_tk Σ_r w_tr ∂y_tr/∂x_k``, where w are the derivatives
+    of the objective by the responses: ``1/n`` for the mean, ``(y_tr − mean_r) / (σ_r (n − 1))`` for
+    the sigma of plain moments.
     """
     model = cast(Differentiable, robust.evaluate)
-    made_per_design = 1.0 + robust.space.relative_sigma * robust.scatter(design)
-    values, pull_back = model.linearised(design * made_per_design)
+    made_per_design, added = made_terms(robust.space, robust.scatter(design))
+    values, pull_back = model.linearised(design * made_per_design + added)
     moments = robust.prepared(design).derivatives(values)
     shares = np.ones(values.shape[1]) if robust.weights is None else robust.weights
     sums = [np.einsum("r,r->", shares, part) for part in (moments.mean, moments.sigma)]

@@ -252,7 +252,8 @@ def _deviations(best: OptimizeResult, fits: Sequence[OptimizeResult]) -> RealArr
         covariance = np.linalg.inv(fit.jac.T @ fit.jac)[:3, :3]
         squares.append(np.diag(covariance) + (fit.x[:3] - best.x[:3]) ** 2)
         weights.append(np.exp(best.cost - fit.cost) / np.sum(near))
-    return np.sqrt(np.average(squares, axis=0, weights=weights) + MODEL_ERROR**2)
+    mean = np.average(np.array(squares), axis=0, weights=weights)
+    return np.asarray(np.sqrt(mean + MODEL_ERROR**2))
 
 
 def cross_stiffness_of_maps(

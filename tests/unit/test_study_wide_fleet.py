@@ -1,9 +1,13 @@
 """A wide fleet on a page: those that gain least as curves, the others as a map, all in tables."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from deboom.common import listed
+from deboom.explore.sensitivity import SobolIndices
 from deboom.pages.front import PANELS, curve_rows, report_heard
+from deboom.pages.sensitivity import index_figures, loudest
 from deboom.plot.style import vehicle_colours
 from deboom.report import Report
 
@@ -57,3 +61,38 @@ def test_of_a_wide_fleet_those_that_gain_least_are_curves_and_the_others_a_map()
 def test_a_sentence_names_no_two_hundred_vehicles():
     assert listed(("a", "b", "c")) == "a, b and c"
     assert listed([f"V-{k}" for k in range(200)]) == "V-0, V-1, V-2 and 197 others"
+
+
+def indices_of(count):
+    """Return indices of three mounts; the later vehicle's level changes more."""
+    total = np.tile(np.linspace(0.1, 0.9, count), (3, 1))
+    nothing = np.zeros_like(total)
+    names = tuple(f"V-{number:02d}" for number in range(count))
+    indices = SobolIndices(
+        ("TSM x", "EnM z", "Du x"), names, 64, 20, total, total, nothing, nothing, nothing, nothing
+    )
+    slope = np.outer([0.1, -1.0, 0.2], 1.0 + np.arange(count))
+    return indices, SimpleNamespace(vehicles=names, slope=slope)
+
+
+def test_of_a_wide_fleet_the_sensitivities_of_those_that_change_most_are_panels():
+    indices, study = indices_of(30)
+    assert loudest(study) == list(range(30 - PANELS, 30))
+    report = Report("Wide")
+    report.section("Indices")
+    index_figures(report, study, "sobol", indices, "Indices.")
+    assert list(report.figures) == ["sobol", "sobol_others"]
+    assert report.failures == []
+    assert report.pictures["sobol"].caption == (
+        "Indices. The 24 of 30 vehicles that a stiffness changes most; sobol.csv has all."
+    )
+    assert report.pictures["sobol_others"].caption == "Total indices of the other 6 vehicles."
+
+
+def test_the_sensitivities_of_a_fleet_that_fits_are_panels_alone():
+    indices, study = indices_of(PANELS)
+    report = Report("Narrow")
+    report.section("Indices")
+    index_figures(report, study, "sobol", indices, "Indices.")
+    assert list(report.figures) == ["sobol"]
+    assert report.pictures["sobol"].caption == "Indices."

@@ -1,4 +1,4 @@
-"""Designs for tilted mounts, driven in the flexible cars of drawn benches, beside parallel twins."""
+"""Designs for tilted mounts, driven in the flexible cars of drawn benches beside parallel twins."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def changes(seed: int) -> Iterator[dict[str, object]]:
         both = np.stack([np.ones_like(design), design])
         predicted = np.diff(model(both) / model.n_lines, axis=0)[0]
         again = uncertain_index(model, replace(platform, fleet=fleet), ()).draws(DRAWS, 1)
-        repeats = [np.diff(one(both) / model.n_lines, axis=0)[0] for one in again]
+        repeats = [np.diff(draw(both) / model.n_lines, axis=0)[0] for draw in again]
         deviation = np.std(repeats, axis=0, ddof=1)
         factors = np.append(design[: PATHS - 1], [design[PATHS - 1]] * 2)
         for place, car in enumerate(fleet.names):

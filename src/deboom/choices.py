@@ -32,6 +32,31 @@ def pick_or_file(text: str) -> Pick | Path:
     raise ValueError(f"'{text}' is neither a pick ({', '.join(Pick)}) nor a file with a design")
 
 
+class Distribution(StrEnum):
+    """How a variable scatters about the value that it is made to have."""
+
+    normal = "normal"
+    """Normal, cut at the tolerance, three standard deviations."""
+    normal_uncut = "normal-uncut"
+    """Normal, of which 0.27 % lie beyond the tolerance."""
+    uniform = "uniform"
+    """Any value within the tolerance alike."""
+    lognormal = "lognormal"
+    """Normal logarithm about the value, cut at the tolerance: never changes its sign."""
+    lognormal_uncut = "lognormal-uncut"
+    """The same without the cut."""
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether no value lies beyond the tolerance."""
+        return self not in (Distribution.normal_uncut, Distribution.lognormal_uncut)
+
+    @property
+    def is_logarithmic(self) -> bool:
+        """Whether the logarithm scatters."""
+        return self in (Distribution.lognormal, Distribution.lognormal_uncut)
+
+
 class SearchAlgorithm(StrEnum):
     """An algorithm of pymoo for several objectives, as options spell it."""
 

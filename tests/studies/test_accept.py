@@ -63,12 +63,14 @@ def judged(folder, factors, uncertainty=0.0, platform=None, mount="TSM"):
 
 def test_verdicts_at_the_ends_of_the_interval(tmp_path):
     delivery = judged(tmp_path, [0.8, 1.0, 0.799, 1.001, 0.9])
-    verdicts = [one.verdict for one in delivery.parts]
+    verdicts = [part.verdict for part in delivery.parts]
     assert verdicts == [PartVerdict.passed] * 2 + [PartVerdict.failed] * 2 + [PartVerdict.passed]
     assert delivery.batches[0].verdict is PartVerdict.failed
     assert delivery.batches[0].reason() == "2 of 5 parts are outside"
     # with 2 % uncertainty nothing near an end is decided
-    verdicts = [one.verdict for one in judged(tmp_path, [0.81, 0.99, 1.01, 1.03, 0.9], 0.02).parts]
+    verdicts = [
+        part.verdict for part in judged(tmp_path, [0.81, 0.99, 1.01, 1.03, 0.9], 0.02).parts
+    ]
     assert verdicts == [PartVerdict.undecided] * 3 + [PartVerdict.failed, PartVerdict.passed]
 
 
@@ -105,6 +107,15 @@ def test_mounts_of_one_delivery_may_have_unlike_axes():
     table = judged_delivery(box, parts, None, 0.0, seed=1).table
     assert table["verdict"].tolist() == ["pass", "fail"]
     assert table["z [N/mm]"].isna().tolist() == [True, False]
+
+
+def test_a_part_without_a_limited_direction_is_named():
+    box = acceptance_box(
+        [variable(f"TSM {axis}", 0.8, 1.0, reference_stiffness_n_per_m=2e5) for axis in "xz"],
+        box_of().responses,
+    )
+    with pytest.raises(InputError, match="part '1': TSM z was not measured, and the box limits it"):
+        judged_delivery(box, [DeliveredPart("1", "B1", "TSM", {"x": 1.8e5})], None, 0.0, seed=1)
 
 
 def test_copied_measurements_are_named(tmp_path):
@@ -151,8 +162,15 @@ def test_a_capability_is_held_against_the_cpk_that_was_demanded(tmp_path, spread
 
 STATELESS = dict.fromkeys(
     (
-        *("lower", "upper", "today_n_per_mm", "loss_factor", "preload_n", "preload_mm"),
-        *("amplitude_mm", "frequency_hz", "static_rate_n_per_mm"),
+        "lower",
+        "upper",
+        "today_n_per_mm",
+        "loss_factor",
+        "preload_n",
+        "preload_mm",
+        "amplitude_mm",
+        "frequency_hz",
+        "static_rate_n_per_mm",
     )
 )
 
@@ -196,7 +214,7 @@ def test_ratios_to_todays_part_need_no_reference(tmp_path):
     path.write_text("part,batch,mount,x [1],y [1],z [1]\n1,B1,TSM,0.9,,\n2,B1,TSM,1.02,,\n")
     parts = read_delivered_parts(path, axes, over_today=True)
     delivery = judged_delivery(box, parts, None, 0.0, seed=1, over_today=True)
-    assert [one.verdict for one in delivery.parts] == [PartVerdict.passed, PartVerdict.failed]
+    assert [part.verdict for part in delivery.parts] == [PartVerdict.passed, PartVerdict.failed]
     assert delivery.parts[1].reason() == "x outside: 1.020 of today's, asked 0.800 to 1.000"
     with pytest.raises(InputError, match="asks nothing of 'XY x', only of EnM x"):
         judged_delivery(box, [replace(parts[0], mount="XY")], None, 0.0, 1, over_today=True)

@@ -41,16 +41,16 @@ def judged(angle, cross=0.0, about="y", along=ALONG):
 
 @pytest.mark.parametrize("angle", [10.0, 30.0, -25.0])
 def test_an_unstated_angle_is_named(angle):
-    found = judged(angle)
-    assert found.clear
-    assert found.decided[1]
-    assert abs(np.rad2deg(found.angles[1]) - angle) < 3.0
-    assert f"ry = {np.rad2deg(found.angles[1]):.0f} ± " in found.sentence
+    finding = judged(angle)
+    assert finding.clear
+    assert finding.decided[1]
+    assert abs(np.rad2deg(finding.angles[1]) - angle) < 3.0
+    assert f"ry = {np.rad2deg(finding.angles[1]):.0f} ± " in finding.sentence
 
 
 def test_an_angle_that_makes_no_difference_is_not_named():
-    found = judged(25.0, along=np.diag([110e3, 400e3, 110e3]) * (1 + 0.1j))
-    assert not found.clear  # x and z are alike: a turn about y changes nothing
+    finding = judged(25.0, along=np.diag([110e3, 400e3, 110e3]) * (1 + 0.1j))
+    assert not finding.clear  # x and z are alike: a turn about y changes nothing
     both = judged(25.0, about="xy", along=np.diag([110e3, 110e3, 400e3]) * (1 + 0.1j))
     assert both.clear
     assert not both.decided[2]  # a turn about the mount's main axis changes nothing
@@ -63,9 +63,9 @@ def test_parallel_mounts_raise_no_alarm():
 
 
 def test_cross_stiffness_that_no_angle_explains_is_said():
-    found = judged(0.0, cross=8e4)
-    assert found.clear
-    assert "no angle explains it" in found.sentence
+    finding = judged(0.0, cross=8e4)
+    assert finding.clear
+    assert "no angle explains it" in finding.sentence
 
 
 def test_a_stated_angle_is_no_alarm():
@@ -76,5 +76,5 @@ def test_a_stated_angle_is_no_alarm():
     stated = ((0.0, np.deg2rad(30.0), 0.0),)
     for rotations, alarm in (((), True), (stated, False)):
         mount = Mount("GeM", "", ("",), ((0.0, 0.0, 0.0),), ("x", "y", "z"), rotations=rotations)
-        (found,) = cross_stiffness_of_runs([mount], [case])
-        assert found.clear == alarm
+        (finding,) = cross_stiffness_of_runs([mount], [case])
+        assert finding.clear == alarm

@@ -17,7 +17,7 @@ from deboom.arrays import RealArray, checked
 from deboom.common import CONFIDENCE
 from deboom.errors import InputError
 from deboom.explore.doe import Experiment
-from deboom.explore.scatter import sobol_sample
+from deboom.explore.scatter import made_terms, sobol_sample
 from deboom.explore.space import DesignSpace, Evaluate, generator, responses
 from deboom.tabled import Tabled
 
@@ -211,8 +211,9 @@ def tolerance_scatter(
     for number, design in enumerate(space.checked(designs), 1):
         purpose = f"scatter of design {number}"
         draws = sobol_sample(space.n_variables, n_draws, seed=seed, purpose=purpose).values
+        factor, added = made_terms(space, draws)
         try:
-            rows.append(responses(evaluate, design * (1.0 + space.relative_sigma * draws)))
+            rows.append(responses(evaluate, design * factor + added))
         except (ArithmeticError, np.linalg.LinAlgError):
             rows.append(np.full((n_draws, len(evaluate.response_names)), np.nan))
     drawn = np.stack(rows)

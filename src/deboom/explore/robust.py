@@ -11,7 +11,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import BoolArray, RealArray, TextArray, checked, frozen_copy
+from deboom.arrays import BoolArray, RealArray, TextArray, checked, frozen_copy, short_repr
+from deboom.choices import Distribution
 from deboom.errors import InputError
 from deboom.explore.moments import (
     MEAN_SUM,
@@ -26,6 +27,7 @@ from deboom.explore.scatter import (
     ToleranceSample,
     ToleranceSampler,
     ToleranceStructure,
+    made_terms,
     sobol_sample,
 )
 from deboom.explore.space import (
@@ -74,6 +76,8 @@ class RobustValues:
     objectives: RealArray = field(default_factory=lambda: np.empty((0, 0)))
     excess: RealArray = field(default_factory=lambda: np.empty((0, 0)))
     message: TextArray = field(default_factory=lambda: np.empty(0, dtype=str))
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         if self.excess.shape[1] == 0:
@@ -162,6 +166,9 @@ class Around(RobustEvaluation):
 class Robust:
     """A model wrapped with manufacturing scatter: designs are made as ``x (1 + σ_rel z)``.
 
+    Variables of an absolute tolerance or of another distribution are made as their `DesignSpace`
+    says.
+
     ``robust(designs)`` gives mean and standard deviation of each response, shape (n, r) [unit of
     the responses], and their sums, which a search minimises.
 
@@ -219,6 +226,8 @@ class Robust:
     structure: ToleranceStructure | None
     limits: RobustLimits | None
     weights: RealArray | None
+
+    __repr__ = short_repr
 
     def __init__(
         self,
@@ -281,9 +290,18 @@ class Robust:
             )
 
     def _check_reach(self, structure: ToleranceStructure) -> None:
-        reach = self.space.tolerance * structure.largest
-        for name, value in zip(self.space.names, reach, strict=True):
-            if value >= 1.0:
+        space = self.space
+        reach = space.tolerance * structure.largest
+        is_normal = np.array([each == Distribution.normal for each in space.distribution])
+        # the mean of several pieces scatters less than a draw
+        mean_of_pieces = np.linalg.norm(structure.loadings, axis=1) < 1.0 - 1e-9
+        for name in np.asarray(space.names)[mean_of_pieces & ~is_normal]:
+            raise InputError(
+                f"'{name}' is the mean of several pieces, whose distribution is not theirs: take "
+                f"'{Distribution.normal}' for it"
+            )
+        for name, value in zip(space.names, np.where(space.absolute, 0.0, reach), strict=True):
+            if value >= 1.0 and is_normal[space.names.index(name)]:
                 raise InputError(
                     f"the scatter of '{name}' could change its sign: its tolerance, with all draws "
                     f"of the structure at their limit, is {value:g}; it must stay below 1"
@@ -397,7 +415,8 @@ class Robust:
 
     def made(self, design: RealArray) -> RealArray:
         """Return one design (k,) as it is made, draw by draw, shape (n_samples, k)."""
-        return design * (1.0 + self.space.relative_sigma * self.scatter(design))
+        factor, added = made_terms(self.space, self.scatter(design))
+        return np.asarray(design * factor + added)
 
     def made_responses(self, design: RealArray) -> tuple[RealArray, RealArray]:
         """Return one design (k,) as it is made, (n_samples, k), and its responses (n_samples, r).
@@ -657,6 +676,8 @@ class LimitedResponse:
     response: Requirements
     limits: Limits
     made: Callable[[RealArray], RealArray] | None = None
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         names, limited = self.response.variable_names, self.response.response_names

@@ -2,7 +2,7 @@
 
 All draws are standard normal, cut at three standard deviations by the inverse distribution
 function: no draw is thrown away and no heap forms at the cut, which lowers the standard deviation
-of the draws to 0.9866.
+of the draws to 0.9866. Variables of another distribution follow from them by their quantiles.
 """
 
 from __future__ import annotations
@@ -18,8 +18,15 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import chi2, invwishart, norm
 
 from deboom.arrays import RealArray, checked
+from deboom.choices import Distribution
 from deboom.errors import InputError
-from deboom.explore.space import checked_seed, generator, sobol_points
+from deboom.explore.space import (
+    LARGEST_UNCUT,
+    DesignSpace,
+    checked_seed,
+    generator,
+    sobol_points,
+)
 
 TRUNCATION = 3.0
 """Largest size of a draw, in standard deviations [1]."""
@@ -129,6 +136,50 @@ def truncated_normal(uniform: RealArray) -> RealArray:
     """Map uniform draws in [0, 1) to the standard normal distribution cut at ±3."""
     below = ndtr(-TRUNCATION)
     return np.asarray(ndtri(below + uniform * (1.0 - 2.0 * below)))
+
+
+def made_terms(space: DesignSpace, scatter: RealArray) -> tuple[RealArray, RealArray]:
+    """Return what the scatter multiplies designs by, and what it adds to them.
+
+    Parameters
+    ----------
+    space : DesignSpace
+        Tolerances and distributions of its k variables.
+    scatter : array, shape (n, k)
+        Normal draws, cut at ±3, or what parts have in common of them [1].
+
+    Returns
+    -------
+    factor, added : array, shape (n, k)
+        A design x is made as ``x factor + added`` [1, units of the variables].
+
+    Notes
+    -----
+    With ``σ = tolerance/3`` a variable is made as ``x (1 + σ s)``, ``x + σ s`` where its tolerance
+    is absolute, or ``x exp(σ s)`` where its logarithm scatters; ``s`` is the draw, or the quantile
+    of the variable's distribution at the draw's probability. Variables with correlated draws are
+    then joined by the Gaussian copula, and a draw beyond ±3 by several parts counts as ±3.
+    """
+    sigma, shaped = space.relative_sigma, np.array(scatter)
+    for column, distribution in enumerate(space.distribution):
+        if distribution == Distribution.uniform:
+            shaped[:, column] = TRUNCATION * (2.0 * _probability(scatter[:, column]) - 1.0)
+        elif not Distribution(distribution).is_cut:
+            # a Sobol point may be 0, whose quantile is not finite
+            uncut = np.asarray(ndtri(_probability(scatter[:, column])))
+            shaped[:, column] = np.clip(uncut, -LARGEST_UNCUT, LARGEST_UNCUT)
+    logarithmic = [Distribution(each).is_logarithmic for each in space.distribution]
+    factor = np.where(logarithmic, np.exp(sigma * shaped), 1.0 + sigma * shaped)
+    return (
+        np.where(space.absolute, 1.0, factor),
+        np.where(space.absolute, sigma * shaped, 0.0),
+    )
+
+
+def _probability(cut_normal: RealArray) -> RealArray:
+    """Return the distribution function of the normal distribution cut at ±3; 0 or 1 beyond [1]."""
+    below = ndtr(-TRUNCATION)
+    return np.asarray(np.clip((ndtr(cut_normal) - below) / (1.0 - 2.0 * below), 0.0, 1.0))
 
 
 def _check_size(n_variables: int, n_samples: int) -> None:

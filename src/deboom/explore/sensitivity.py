@@ -19,7 +19,8 @@ import pandas as pd
 from scipy.special import ndtri
 from threadpoolctl import threadpool_limits
 
-from deboom.arrays import BoolArray, RealArray, checked
+from deboom.arrays import BoolArray, RealArray, checked, short_repr
+from deboom.choices import Distribution
 from deboom.common import CONFIDENCE
 from deboom.errors import InputError
 from deboom.explore.scatter import TRUNCATION
@@ -115,11 +116,33 @@ def design_inputs(space: DesignSpace) -> SensitivityInputs:
 def tolerance_inputs(space: DesignSpace) -> SensitivityInputs:
     """Return variables that scatter around the nominal design: what manufacturing does.
 
-    Gaussian, with the tolerance as three standard deviations, and cut there.
+    Gaussian, with the tolerance as three standard deviations, and cut there, unless the space says
+    otherwise.
+
+    - raises InputError: a lognormal variable with a cut, which SALib does not draw.
     """
-    sigma = np.abs(space.nominal) * space.relative_sigma
+    sigma = space.sigma(space.nominal)
     reach = TRUNCATION * sigma
-    return SensitivityInputs(space.names, space.nominal - reach, space.nominal + reach, sigma)
+    lower, upper = space.nominal - reach, space.nominal + reach
+    stated: dict[str, Sequence[Any]] = {}
+    for column, (name, distribution) in enumerate(
+        zip(space.names, space.distribution, strict=True)
+    ):
+        value, spread = space.nominal[column], sigma[column]
+        match distribution:
+            case Distribution.uniform:
+                stated[name] = ("unif", lower[column], upper[column])
+            case Distribution.normal_uncut:
+                stated[name] = ("norm", value, spread)
+            case Distribution.lognormal_uncut if value > 0.0:
+                stated[name] = ("lognorm", np.log(value), space.relative_sigma[column])
+            case Distribution.lognormal | Distribution.lognormal_uncut:
+                raise InputError(
+                    f"the scatter of '{name}' for sensitivities: of lognormal variables only "
+                    f"'{Distribution.lognormal_uncut}' ones with a nominal value above 0 can be "
+                    "drawn; state another distribution with inputs"
+                )
+    return SensitivityInputs(space.names, lower, upper, sigma, stated=stated)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,6 +168,8 @@ class SobolIndices:
     first_interval: RealArray
     total_interval: RealArray
     interaction_interval: RealArray
+
+    __repr__ = short_repr
 
     @property
     def zero(self) -> BoolArray:
@@ -186,6 +211,8 @@ class MorrisEffects:
     mu_star: RealArray
     mu_star_interval: RealArray
     sigma: RealArray
+
+    __repr__ = short_repr
 
 
 def sobol_designs(

@@ -12,10 +12,13 @@ import numpy.typing as npt
 from scipy.stats import qmc
 
 from deboom.arrays import BoolArray, RealArray, checked, checked_array
+from deboom.choices import Distribution
 from deboom.errors import InputError
 
 SIGMAS_PER_TOLERANCE = 3.0
 """Standard deviations of the scatter in the half width of a tolerance [1]."""
+LARGEST_UNCUT = 6.3
+"""Bound of a draw that is not cut, in standard deviations: 1.5e-10 of all lie beyond [1]."""
 
 
 @checked(nominal="k ?", lower="k ?", upper="k ?", tolerance="k ?")
@@ -33,12 +36,19 @@ class DesignSpace:
         standard deviations; 0 means exactly made [1].
     integer : array of bool, shape (k,), optional
         Variables that take whole numbers only, such as the number of a part in a catalogue.
+    absolute : array of bool, shape (k,), optional
+        Variables whose tolerance is in their unit, whatever their value, such as an offset of
+        0 mm ± 3 mm; by default none.
+    distribution : sequence of str, length k, optional
+        ``normal`` (cut at the tolerance, the default), ``normal-uncut``, ``uniform`` (within the
+        tolerance), ``lognormal`` (``x exp(σ z)``, cut) or ``lognormal-uncut``.
 
     Raises
     ------
     InputError
         Names the variable whose bounds, nominal value, unit, name or tolerance cannot be: a
-        tolerance lies in 0 <= tolerance < 1; of a whole-number variable it is 0, all else whole.
+        relative tolerance of a variable that could change its sign lies in 0 <= tolerance < 1, or
+        below 0.476 without cut; of a whole-number variable it is 0, all else whole.
 
     Examples
     --------
@@ -46,6 +56,9 @@ class DesignSpace:
     >>> space = deboom.DesignSpace(("TSM x",), ("1",), [1.0], [0.8], [1.2], [0.15])
     >>> space.labels, space.relative_sigma
     (('TSM x [1]',), array([0.05]))
+    >>> offset = deboom.DesignSpace(("y",), ("mm",), [0.0], [-5.0], [5.0], [3.0], absolute=[True])
+    >>> offset.sigma([0.0])
+    array([1.])
     """
 
     names: tuple[str, ...]
@@ -55,6 +68,8 @@ class DesignSpace:
     upper: RealArray
     tolerance: RealArray
     integer: BoolArray = field(default_factory=lambda: np.empty(0, dtype=bool))
+    absolute: BoolArray = field(default_factory=lambda: np.empty(0, dtype=bool))
+    distribution: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.names:
@@ -65,17 +80,32 @@ class DesignSpace:
                 f"the design space names {len(self.names)} variables, but has {counts[0]} units "
                 f"and {counts[1]} nominal values: give one value per variable"
             )
-        integer = self.integer if np.size(self.integer) else np.zeros(len(self.names))
-        integer = checked_array(integer, "k", "integer", {"k": len(self.names)}, bool)
-        object.__setattr__(self, "integer", integer)
+        for name in ("integer", "absolute"):
+            given = getattr(self, name)
+            marked = given if np.size(given) else np.zeros(len(self.names))
+            marked = checked_array(marked, "k", name, {"k": len(self.names)}, bool)
+            object.__setattr__(self, name, marked)
+        self._set_distribution()
         for column, name in enumerate(self.names):
             self._check_variable(column, name)
+
+    def _set_distribution(self) -> None:
+        given = self.distribution or (Distribution.normal,) * len(self.names)
+        if len(given) != len(self.names) or not set(given) <= set(Distribution):
+            raise InputError(
+                f"distributions {list(given)} of the variables {list(self.names)}: give each "
+                f"variable one of {', '.join(Distribution)}"
+            )
+        object.__setattr__(self, "distribution", tuple(Distribution(each) for each in given))
 
     def _check_variable(self, column: int, name: str) -> None:
         nominal, lower, upper, tolerance = (
             float(values[column])
             for values in (self.nominal, self.lower, self.upper, self.tolerance)
         )
+        shape, absolute = Distribution(self.distribution[column]), bool(self.absolute[column])
+        most = SIGMAS_PER_TOLERANCE / LARGEST_UNCUT if shape is Distribution.normal_uncut else 1.0
+        keeps_sign = absolute or shape.is_logarithmic
         whole = tolerance == 0.0 and all(value % 1.0 == 0.0 for value in (nominal, lower, upper))
         faults = {
             f"appears {self.names.count(name)} times: every variable needs a name of its own": (
@@ -89,7 +119,11 @@ class DesignSpace:
             f"has the nominal value {nominal:g} outside its bounds {lower:g} to {upper:g}: move "
             "one of them": not lower <= nominal <= upper,
             f"has the tolerance {tolerance:g}: give the half width as a fraction of the design's "
-            "value, from 0 up to but not including 1": not 0.0 <= tolerance < 1.0,
+            f"value, from 0 up to but not including {most:.3g}, or in its unit with absolute": (
+                not 0.0 <= tolerance < (np.inf if keeps_sign else most)
+            ),
+            "scatters by its logarithm, and so by a fraction of its value: give a relative "
+            "tolerance": absolute and shape.is_logarithmic,
             "takes whole numbers: give whole bounds, a whole nominal value and the tolerance 0": (
                 bool(self.integer[column]) and not whole
             ),
@@ -110,8 +144,21 @@ class DesignSpace:
 
     @property
     def relative_sigma(self) -> RealArray:
-        """Standard deviation of the scatter as a fraction of the design's value, shape (k,) [1]."""
+        """Standard deviation of the scatter as a fraction of the design's value, shape (k,) [1].
+
+        Of an absolute tolerance it is in the unit of the variable.
+        """
         return self.tolerance / SIGMAS_PER_TOLERANCE
+
+    @property
+    def is_relative_normal(self) -> bool:
+        """Whether all variables are made as ``x (1 + σ_rel z)`` with normal, cut draws ``z``."""
+        return not self.absolute.any() and set(self.distribution) == {Distribution.normal}
+
+    def sigma(self, design: npt.ArrayLike) -> RealArray:
+        """Return a third of the half width of the tolerances of designs (..., k) [units]."""
+        size = np.where(self.absolute, 1.0, np.abs(np.asarray(design, dtype=float)))
+        return np.asarray(size * self.relative_sigma)
 
     def checked(self, designs: npt.ArrayLike) -> RealArray:
         """Return designs as a finite array (n, k), inside or outside the bounds, or refuse them."""

@@ -21,13 +21,14 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel
 from sklearn.model_selection import KFold, cross_val_predict
 
-from deboom.arrays import RealArray
+from deboom.arrays import RealArray, short_repr
 from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.explore.doe import SAME
 from deboom.explore.front import verification_response
 from deboom.explore.result import Front
 from deboom.explore.robust import Robust
+from deboom.explore.scatter import TRUNCATION, made_terms
 from deboom.explore.search import Store, nsga2, search
 from deboom.explore.space import (
     DesignSpace,
@@ -82,6 +83,8 @@ class GaussianProcessModel:
     errors: RealArray
     n_rows: int
 
+    __repr__ = short_repr
+
     def __call__(self, designs: RealArray) -> RealArray:
         """Return the predicted responses, shape (n, r) [response unit]."""
         scaled = self._scaled(designs)
@@ -122,6 +125,8 @@ class SurrogateFront(Tabled):
     designs: RealArray
     responses: RealArray
     judged: pd.DataFrame
+
+    __repr__ = short_repr
 
     @property
     def table(self) -> pd.DataFrame:
@@ -229,8 +234,10 @@ def surrogate_search(
         raise InputError(
             f"a budget of {budget} rows is too small for {k} variables: give at least {least}"
         )
-    reach = np.abs(np.stack([space.lower, space.upper])) * space.tolerance
-    lower, upper = space.lower - reach[0], space.upper + reach[1]
+    corners = np.stack([space.lower, space.upper])
+    factor, added = made_terms(space, np.outer([-TRUNCATION, TRUNCATION], np.ones(k)))
+    reached = corners[:, np.newaxis] * factor + added
+    lower, upper = reached.min(axis=(0, 1)), reached.max(axis=(0, 1))
     upper = np.where(upper > lower, upper, lower + 1.0)
     with _rows(model, budget, workers, progress, checkpoint) as rows:
         plan = qmc.LatinHypercube(k, optimization="random-cd", rng=generator(seed, "surrogate"))

@@ -14,6 +14,7 @@ from scipy.optimize import brentq, minimize
 from scipy.special import ndtr
 
 from deboom.arrays import RealArray, checked, frozen_copy
+from deboom.choices import Distribution
 from deboom.errors import InputError
 from deboom.explore.robust import Robust, RobustEvaluation, RobustValues, joined
 from deboom.explore.scatter import ToleranceSample
@@ -109,6 +110,11 @@ class ToleranceEffect:
             raise InputError("tolerances are chosen with draws that they share: take sobol_sample")
         if self.robust.space.integer.any():
             raise InputError("whole-number variables have no tolerance that could be chosen")
+        if not self.robust.space.is_relative_normal:
+            raise InputError(
+                "tolerances are chosen as fractions of the design's value with normal scatter: "
+                "leave out absolute and distribution of the space"
+            )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -438,6 +444,8 @@ class FreeTolerances(RobustEvaluation):
             upper=np.append(base.upper, np.full(len(names), upper)),
             tolerance=np.append(base.tolerance, np.zeros(len(names))),
             integer=np.append(base.integer, np.zeros(len(names), dtype=bool)),
+            absolute=np.append(base.absolute, np.zeros(len(names), dtype=bool)),
+            distribution=base.distribution + (Distribution.normal,) * len(names),
         )
         for field_name, value in (("robust", robust), ("groups", columns), ("widened", space)):
             object.__setattr__(self, field_name, value)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray, checked, frozen_copy
+from deboom.arrays import ComplexArray, RealArray, checked, frozen_copy, short_repr
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
@@ -19,6 +19,8 @@ from deboom.mounts.response_surface import DynamicStiffnessSurface
 Setting = str | int | float | bool | None
 FORCE_PER_TORQUE = "static force per wheel torque [N/(N m)]"
 """Setting of a surface: static force of one piece per wheel torque, over all lines of its runs."""
+ASSUMED = "assumed"
+"""Setting of a surface that rests on defaults nobody stated: which ones, in words."""
 LONGEST_TEXT = 255
 """Characters that a name or a description may have."""
 
@@ -107,6 +109,8 @@ class CharacterisedDirection:
     static_curve: StaticCurve | None = None
     settings: Mapping[str, Setting] = field(default_factory=dict)
 
+    __repr__ = short_repr
+
     def __post_init__(self) -> None:
         if self.axis not in AXES:
             raise InputError(f"unknown axis {self.axis!r}, use {', '.join(AXES)}")
@@ -187,6 +191,8 @@ class CharacterisedMount:
     mount: Mount
     directions: tuple[CharacterisedDirection, ...]
     quality: Mapping[str, float]
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         owner = str(self.identity)

@@ -78,7 +78,8 @@ def live_model(
     Raises
     ------
     InputError
-        Stiffnesses that follow the amplitude, or parts that settle elsewhere.
+        Stiffnesses that follow the amplitude, or parts that settle elsewhere; a space with
+        absolute tolerances or other distributions.
 
     Examples
     --------
@@ -92,6 +93,11 @@ def live_model(
     first = cases[0].case
     if any(isinstance(shown.case, AmplitudeMotion) for shown in cases):
         raise InputError(f"the model is not in the page: {NOT_LIVE}")
+    if not space.is_relative_normal:
+        raise InputError(
+            "the model is not in the page: it scatters factors by fractions of their value, "
+            "normally and cut; leave out absolute and distribution of the space"
+        )
     loss = first.variable_names[-1].endswith(LOSS_SUFFIX)
     n_stiffness = len(first.variable_names) // (2 if loss else 1)
     lines = first.frequency

@@ -1,4 +1,4 @@
-"""Designs for tilted mounts, driven in the flexible cars of drawn benches beside parallel twins."""
+"""Best designs for tilted mounts, driven in drawn flexible cars, beside those of parallel twins."""
 
 from __future__ import annotations
 

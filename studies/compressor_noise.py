@@ -124,6 +124,7 @@ def car_report(
     drawn = car_whose_hoses_add() if noise.seed is not None and len(gains) else None
     _tiles(report, levels, ways, gains, drawn)
     report.warn(*noise.alarms, *running.source.notices)
+    report.assume(*running.car.assumed)
     report.inputs += inputs
     sweeps = "; ".join(
         f"{sweep.sweep}: {60 * sweep.frequency[0]:.0f}–{60 * sweep.frequency[-1]:.0f} rpm"

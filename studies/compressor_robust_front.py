@@ -383,6 +383,7 @@ def front_report(view: MountFront, options: Options, limits: DesignLimits, run: 
     report.explain("SPL", "stiffness factor", "dynamic stiffness", "tolerance", "σ")
     report.explain("Pareto front", "sensitivity index", "noise transfer function")
     report.warn(*view.model.alarms)
+    report.assume(*view.model.assumed)
     _tell(report, view)
     _answer(report, view, options, limits, run)
     report.facts["verification_draws"] = view.front.judge.n_samples

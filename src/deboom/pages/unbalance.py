@@ -81,6 +81,7 @@ def unbalance_report(
         )
     alarms = (*evaluation.identification.alarms, *evaluation.alarms)
     report.warn(*alarms, *evaluation.notices)
+    report.assume(*measured.test.hammer.assumed)
     report.summary |= {
         "route": chosen.route.letter,
         "u_stat_g_mm": 1e6 * abs(static.value),

@@ -515,7 +515,8 @@ def _answer(
         "Each car",
         Table(table.rename(columns={"vehicle": "car"}), "", VEHICLE_DECIMALS),
         f"First order at the driver's ear, mean of what is heard. {fleet.n_cars} cars of each, "
-        "mounts as made; target: its car's level of today; P95: 95 % stay below.",
+        "mounts as made; target: its car's level of today; P95: 95 % stay below; worst peak: "
+        "change of the one that gains least.",
         wide=True,
     )
     alone = np.where(

@@ -103,6 +103,7 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
         Step("deboom run compressor_robust_front --cars CAR", "the mounts that make cars quiet"),
     )
     report.warn(*identification.alarms)
+    report.assume(*identification.test.assumed)
     if identification.test.weighed_mass is None:
         report.warn(
             "The compressor was not weighed: its mass, inertia and stiffness are known no better "

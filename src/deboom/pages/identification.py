@@ -16,6 +16,7 @@ from deboom.compressor.identifiability import (
     PRIOR_DOMINATED,
     REFERENCE_FREQUENCY,
     gain_deviation,
+    propagated,
     quantities,
 )
 from deboom.compressor.identification import ALARM, Identification
@@ -36,7 +37,7 @@ from deboom.pages.compressor_identification import (
     in_words,
     placement_table,
 )
-from deboom.report import Report
+from deboom.report import Report, Step
 
 if TYPE_CHECKING:
     from deboom.plot import Figure
@@ -85,6 +86,24 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
     report.tile(f"{chi:.2f}", f"residuals over noise; alarm above {ALARM:g}")
     place = ", ".join(f"{1e3 * value:.1f}".replace("-", "−") for value in model.centre)
     report.tile(f"{place} mm", "centre of gravity, axes of the position sheet")
+    deviation = float(
+        np.sqrt(propagated(identification.calibrated, lambda other: np.array([other.mass]))[0, 0])
+    )
+    report.answer(
+        f"{model.mass:.3f} ± {WIDE_BAND * deviation:.2g} kg, centre of gravity at {place} mm; "
+        + (
+            f"{len(identification.alarms)} alarms: do not rely on it."
+            if identification.alarms
+            else "a rigid body on mounts explains the test."
+        ),
+        f"How sure: ± holds 95 %; residuals are {chi:.2f} times the noise, alarm above {ALARM:g}. "
+        "Intervals of all numbers stand below. Axes of the position sheet.",
+    )
+    report.panel(
+        "What to do next",
+        Step("deboom unbalance TEST", "the unbalance of the running compressor"),
+        Step("deboom run compressor_robust_front --cars CAR", "the mounts that make cars quiet"),
+    )
     report.warn(*identification.alarms)
     report.assume(*identification.test.assumed)
     if identification.test.weighed_mass is None:

@@ -162,8 +162,15 @@ def test_a_capability_is_held_against_the_cpk_that_was_demanded(tmp_path, spread
 
 STATELESS = dict.fromkeys(
     (
-        *("lower", "upper", "today_n_per_mm", "loss_factor", "preload_n", "preload_mm"),
-        *("amplitude_mm", "frequency_hz", "static_rate_n_per_mm"),
+        "lower",
+        "upper",
+        "today_n_per_mm",
+        "loss_factor",
+        "preload_n",
+        "preload_mm",
+        "amplitude_mm",
+        "frequency_hz",
+        "static_rate_n_per_mm",
     )
 )
 

@@ -115,7 +115,7 @@ def blocks(text, language):
     return re.findall(rf"```{language}\n(.*?)```", text, flags=re.S)
 
 
-WITHOUT_COMMANDS = ("Modal test", "What is checked against your data")
+WITHOUT_COMMANDS = ("Without tolerances", "Modal test", "What is checked against your data")
 
 
 def other_programs_write_geometry_and_functions():
@@ -150,7 +150,7 @@ def test_every_command_of_the_guide_runs(tmp_path, monkeypatch, section):
         to_fill_in = arguments[0] == "check" and arguments[1].startswith("my_")
         done = call(*arguments, code=2 if to_fill_in else 0)
         if arguments[0] == "check":
-            assert ("faults in my_" in done.stderr) == to_fill_in
+            assert bool(re.search("faults? in my_", done.stderr)) == to_fill_in
     if section == "Hammer test":
         lines = "".join(blocks(SECTIONS[section] + SECTIONS["Modal test"], "python"))
         values = {}

@@ -118,6 +118,18 @@ def objectives_and_gradients(
     of the objective by the responses: ``1/n`` for the mean, ``(y_tr − mean_r) / (σ_r (n − 1))`` for
     the sigma of plain moments.
     """
+    objectives, gradients = _linearised(robust, design, each_mean=each_mean)
+    return objectives, gradients()
+
+
+def _linearised(
+    robust: Robust, design: RealArray, *, each_mean: bool = False
+) -> tuple[RealArray, Callable[[], RealArray]]:
+    """Return the objectives of a design, and a function that returns their gradients.
+
+    See `objectives_and_gradients`: the gradients cost more than the objectives, and descents do not
+    need them everywhere.
+    """
     model = cast(Differentiable, robust.evaluate)
     made_per_design, added = made_terms(robust.space, robust.scatter(design))
     values, pull_back = model.linearised(design * made_per_design + added)
@@ -125,12 +137,15 @@ def objectives_and_gradients(
     shares = np.ones(values.shape[1]) if robust.weights is None else robust.weights
     sums = [np.einsum("r,r->", shares, part) for part in (moments.mean, moments.sigma)]
     of_each = np.arange(values.shape[1]) if each_mean else np.empty(0, dtype=int)
-    weights = np.zeros((2 + of_each.size, *values.shape))
-    weights[0] = shares * moments.by_mean[:, np.newaxis]
-    weights[1] = shares * moments.by_sigma
-    weights[2 + of_each, :, of_each] = moments.by_mean
-    slopes = pull_back(weights)
-    gradients = np.einsum("otk,tk->ok", slopes, made_per_design)
+
+    def gradients() -> RealArray:
+        weights = np.zeros((2 + of_each.size, *values.shape))
+        weights[0] = shares * moments.by_mean[:, np.newaxis]
+        weights[1] = shares * moments.by_sigma
+        weights[2 + of_each, :, of_each] = moments.by_mean
+        slopes = pull_back(weights)
+        return np.asarray(np.einsum("otk,tk->ok", slopes, made_per_design))
+
     return np.concatenate([sums, moments.mean[of_each]]), gradients
 
 
@@ -154,33 +169,41 @@ class _Landscape:
     worst: RealArray
     places: list[RealArray] = field(default_factory=list)
     values: list[RealArray] = field(default_factory=list)
-    gradient: RealArray = field(default_factory=lambda: np.empty((2, 0)))
+    gradients: Callable[[], RealArray] | None = None
+    slope: RealArray = field(default_factory=lambda: np.empty((2, 0)))
 
-    def at(self, place: RealArray) -> tuple[RealArray, RealArray]:
-        """Return the objectives (2,) and their gradients (2, k) at a scaled design (k,)."""
+    def at(self, place: RealArray) -> RealArray:
+        """Return the objectives (2,) at a scaled design (k,)."""
         if not self.places or not np.array_equal(self.places[-1], place):
             space = self.robust.space
             design = space.lower + place * (space.upper - space.lower)
-            value, gradient = objectives_and_gradients(self.robust, design)
+            value, self.gradients = _linearised(self.robust, design)
             scaled = value / self.size
-            if np.isfinite(value).all() and np.isfinite(gradient).all():
+            if np.isfinite(scaled).all():
                 self.worst = np.fmax(self.worst, scaled)
             else:
-                scaled, gradient = self.worst + WORSE, np.zeros_like(gradient)
+                scaled = self.worst + WORSE
             self.places.append(place.copy())
             self.values.append(scaled)
+        return self.values[-1]
+
+    def slope_at(self, place: RealArray) -> RealArray:
+        """Return the gradients (2, k) of the objectives at a scaled design (k,)."""
+        self.at(place)
+        if self.gradients is not None:
+            space = self.robust.space
+            slope = self.gradients() * (space.upper - space.lower) / self.size[:, np.newaxis]
             # contiguous: SLSQP reads a strided row as if it were not
-            self.gradient = np.ascontiguousarray(
-                gradient * (space.upper - space.lower) / self.size[:, np.newaxis]
-            )
-        return self.values[-1], self.gradient
+            self.slope = np.ascontiguousarray(np.where(np.isfinite(slope).all(), slope, 0.0))
+            self.gradients = None
+        return self.slope
 
     def descend(self, start: RealArray, row: int, *, goal: float, steps: int) -> _Point:
         """Return where a descent of one objective ends."""
         end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
-            lambda place: self.at(place)[0][row],
+            lambda place: self.at(place)[row],
             start,
-            jac=lambda place: self.at(place)[1][row],
+            jac=lambda place: self.slope_at(place)[row],
             method="SLSQP",
             bounds=[(0.0, 1.0)] * len(start),
             options={"maxiter": steps, "ftol": goal},
@@ -195,10 +218,12 @@ class _Landscape:
         slope = np.r_[np.zeros(n), 1.0]
         constraint: dict[str, Any] = {
             "type": "ineq",
-            "fun": lambda y: y[-1] - (self.at(y[:-1])[0] - target) / box,
-            "jac": lambda y: np.hstack([-self.at(y[:-1])[1] / box[:, np.newaxis], np.ones((2, 1))]),
+            "fun": lambda y: y[-1] - (self.at(y[:-1]) - target) / box,
+            "jac": lambda y: np.hstack(
+                [-self.slope_at(y[:-1]) / box[:, np.newaxis], np.ones((2, 1))]
+            ),
         }
-        first = np.max((self.at(start)[0] - target) / box)
+        first = np.max((self.at(start) - target) / box)
         end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
             lambda y: y[-1],
             np.r_[start, first],
@@ -213,7 +238,7 @@ class _Landscape:
     def point(self, place: RealArray) -> _Point:
         """Return the objectives at a place, clipped into the bounds."""
         inside = np.clip(place, 0.0, 1.0)
-        return _Point(inside, self.at(inside)[0])
+        return _Point(inside, self.at(inside))
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Break every kind of input that deboom reads, and see that it answers with a sentence.
 
 ``python benchmarks/fuzz.py --seconds 600`` (``make fuzz``). Each case is a small valid folder with
-one or two things broken, read in a process of its own with 60 s of processor time and 2 GB. It ends as
+one or two things broken, read in a process of its own with 60 s of processor and 2 GB. It ends as
 
 - sentence: refused with an `InputError`; accepted: read without complaint;
 - traceback, hang, crash, half-written: a fault of deboom, printed with the seed that repeats it.

@@ -11,6 +11,7 @@ says how each was made. Run it as
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -23,11 +24,13 @@ from pymoo.optimize import minimize
 
 import deboom
 from deboom.explore.descent import converged_front, objectives_and_gradients
-from deboom.explore.front import hypervolume, pareto_front, thinned
+from deboom.explore.front import pareto_front
 from deboom.explore.robust import RobustValues
-from deboom.explore.search import SHOWN
 
-REFERENCE = Path(__file__).parents[1] / "tests" / "data" / "converged_fronts"
+sys.path.append(str(Path(__file__).parents[1] / "tests"))
+
+from samples.reference_fronts import REFERENCE, figures
+
 PROBLEMS = {
     "u06_coupled": (None, "U06", "coupled"),
     "u06_prescribed": (None, "U06", "prescribed"),
@@ -52,39 +55,14 @@ def problem(name: str, folder: Path) -> deboom.Robust:
     return deboom.Robust(model, model.design_space(), draws=128, seed=1)
 
 
-def figures(robust: deboom.Robust, front: RobustValues, reference: Path) -> dict[str, float]:
-    """Return how near values come to a reference front, in mdB per line and vehicle and in %."""
-    best = np.loadtxt(reference, delimiter=",", skiprows=1)
-    per_line = 1.0 / (robust.evaluate.n_lines * len(robust.evaluate.response_names))
-    low, span = best.min(axis=0), np.ptp(best, axis=0)
-
-    def volume(points: np.ndarray) -> float:
-        return hypervolume((points - low) / span, np.full(2, 1.1))
-
-    whole = pareto_front(front)
-    few = thinned(whole, SHOWN).objectives * per_line
-    objectives = whole.objectives * per_line
-    order = np.argsort(few[:, 1])
-    gap = np.interp(best[:, 1], few[order, 1], few[order, 0]) - best[:, 0]
-    above = 1e3 * (objectives.min(axis=0) - low)
-    return {
-        "points": len(whole),
-        "share [%]": 100.0 * volume(objectives) / volume(best),
-        f"share of {SHOWN} points [%]": 100.0 * volume(few) / volume(best),
-        "best mean above [mdB]": above[0],
-        "best sigma above [mdB]": above[1],
-        "largest gap at equal sigma [mdB]": 1e3 * gap.max(),
-    }
-
-
 def plain_pymoo(
     robust: deboom.Robust, seed: int, population: int, generations: int
 ) -> RobustValues:
     """Return the last population of pymoo's own `minimize`."""
-    found = minimize(
+    optimum = minimize(
         deboom.RobustProblem(robust), NSGA2(population), ("n_gen", generations), seed=seed
     )
-    return robust(np.atleast_2d(found.X))
+    return robust(np.atleast_2d(optimum.X))
 
 
 def rivals(seed: int) -> dict[str, Callable[[deboom.Robust], RobustValues]]:

@@ -27,6 +27,7 @@ from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.vehicles.kernels import level_sum
+from samples import drawn_cars
 
 POPULATION, GENERATIONS = 100, 100
 Sums = Callable[[RealArray], RealArray]
@@ -62,14 +63,14 @@ def report() -> str:
     shape = kernels.SHAPES[0]
     with threadpool_limits(1, user_api="blas"):
         rows = {
-            "prescribed, numba": _compared(kernels.prescribed_problem(shape)),
-            "coupled, numba": _compared(kernels.coupled_problem(shape)),
+            "prescribed, numba": _compared(drawn_cars.prescribed_problem(shape)),
+            "coupled, numba": _compared(drawn_cars.coupled_problem(shape)),
         }
     table = pd.DataFrame(rows, ["search [s]", "loop, extrapolated [s]", "x loop"]).T
     return str(table.to_string(float_format="{:.1f}".format))
 
 
-def _compared(case: kernels.Case) -> tuple[float, float, float]:
+def _compared(case: drawn_cars.Case) -> tuple[float, float, float]:
     """Seconds of the search and of its rival, and their ratio."""
     sums, names = level_sum(case, compiled=True), case.variable_names
     space = stiffness_factor_space(names)

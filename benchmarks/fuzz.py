@@ -287,11 +287,11 @@ def _front(folder: Path) -> None:
     platform = foreign_platform_samples.write_foreign_platform(place)
     study = load_study(DATA.parent / "u06_robust_front.py")
     study.module.VERIFIED = 64  # type: ignore[attr-defined]
-    asked = {"seed": 1, "band": (30.0, 33.0), "generations": 2, "population": 8, "samples": 4}
-    asked |= {"searches": 1, "polish": False, "platform": platform, "motion": Motion.prescribed}
-    asked |= {"mounts": MountSource.spectra}
-    known = {name: value for name, value in asked.items() if name in study.parameters}
-    run = run_study(study, folder.with_name("results"), known)
+    options = {"seed": 1, "band": (30.0, 33.0), "generations": 2, "population": 8, "samples": 4}
+    options |= {"searches": 1, "polish": False, "platform": platform, "motion": Motion.prescribed}
+    options |= {"mounts": MountSource.spectra}
+    accepted = {name: value for name, value in options.items() if name in study.parameters}
+    run = run_study(study, folder.with_name("results"), accepted)
     run.rename(folder)
     shutil.rmtree(folder.with_name("results"))
 
@@ -369,10 +369,10 @@ OUTPUTS = ("index.html", "new.db", "again.uff", "campaign.toml")
 
 def broken(folder: Path, chance: random.Random) -> str:
     """Break one file of a folder; return what was done."""
-    there = sorted(p for p in folder.rglob("*") if p.is_file())
-    if not there:
+    files = sorted(p for p in folder.rglob("*") if p.is_file())
+    if not files:
         return "nothing left"
-    path = chance.choice(there)
+    path = chance.choice(files)
     ways: list[Callable[[Path, random.Random], None]] = [_bytes, _cut, _other_file]
     special = {".xlsx": _cells, ".json": _json, ".db": _rows, ".mat": _bytes, ".uff": _text}
     ways += [special.get(path.suffix, _text)] * 5
@@ -583,11 +583,15 @@ def _names(path: Path, chance: random.Random) -> None:
         re.finditer(r'(?:name|group|mount|file|set|study|table)"?\s*[=:]\s*"([^"]*)"', text)
     )
     cells = list(re.finditer(r"(?<=[,\n])([^,\n\"]+)(?=[,\n])", text))
-    found = chance.choice(quoted or cells)
-    new = chance.choice((*PATHS, found[1].swapcase(), f"{found[1]}/../{found[1]}"))
+    quoted_text = chance.choice(quoted or cells)
+    new = chance.choice(
+        (*PATHS, quoted_text[1].swapcase(), f"{quoted_text[1]}/../{quoted_text[1]}")
+    )
     if path.suffix == ".csv":
         new = new.encode().decode("unicode_escape") if "\\" in new else new
-    path.write_text(text[: found.start(1)] + new + text[found.end(1) :], encoding="utf-8")
+    path.write_text(
+        text[: quoted_text.start(1)] + new + text[quoted_text.end(1) :], encoding="utf-8"
+    )
 
 
 def outcome(read: Callable[[Path], object], folder: Path) -> tuple[str, str]:
@@ -666,12 +670,12 @@ def main() -> int:
     parser.add_argument("--cases", type=int, default=10**9)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kind", help="one kind of input only")
-    asked = parser.parse_args()
-    end = time.monotonic() + asked.seconds
+    arguments = parser.parse_args()
+    end = time.monotonic() + arguments.seconds
     counts: Counter[tuple[str, str]] = Counter()
-    kinds = [asked.kind] if asked.kind else list(KINDS)
+    kinds = [arguments.kind] if arguments.kind else list(KINDS)
     with tempfile.TemporaryDirectory(prefix="fuzz-") as place:
-        for kind, turn in itertools.islice(rounds(kinds), asked.cases):
+        for kind, turn in itertools.islice(rounds(kinds), arguments.cases):
             if time.monotonic() > end:
                 break
             good = Path(place) / kind.replace(" ", "_")
@@ -682,7 +686,7 @@ def main() -> int:
                 valid = outcome(KINDS[kind][1], shutil.copytree(good, case))
                 assert valid[0] == "accepted", f"{kind} is not valid: {valid}"
                 shutil.rmtree(case)
-            chance = random.Random(f"{asked.seed} {kind} {turn}")
+            chance = random.Random(f"{arguments.seed} {kind} {turn}")
             shutil.copytree(good, case)
             done = " and ".join(broken(case, chance) for _ in range(chance.choice((1, 1, 1, 2))))
             kind_of_end, text = outcome(KINDS[kind][1], case)
@@ -697,7 +701,7 @@ def main() -> int:
     for kind in kinds:
         print(f"{kind:<18}" + "".join(f"{counts[kind, name]:>13}" for name in ends))
     faults = sum(count for (_, name), count in counts.items() if name in FAULTS)
-    print(f"{counts.total()} cases, seed {asked.seed}: {faults} faults")
+    print(f"{counts.total()} cases, seed {arguments.seed}: {faults} faults")
     return 1 if faults or not counts else 0
 
 

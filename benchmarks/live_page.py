@@ -102,7 +102,7 @@ const DESIGNS = {json.dumps(designs.tolist())};{PROGRAM}"""
     values = robust(designs)
     wanted = {"levels": model.levels(designs), "splv": values.mean, "sigma": values.sigma}
     largest = [
-        float(np.abs(np.array([one[name] for one in said]).reshape(of.shape) - of).max())
+        float(np.abs(np.array([design[name] for design in said]).reshape(of.shape) - of).max())
         for name, of in wanted.items()
     ]
     return largest[0], largest[1] / model.n_lines, largest[2] / model.n_lines

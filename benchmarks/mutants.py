@@ -129,17 +129,19 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
 def _definitions(path: Path) -> list[tuple[str, range]]:
     """Name that each line defines, and the lines that run with it: none of a constant."""
     text = path.read_text(encoding="utf-8")
-    found = [("", range(0))] * (text.count("\n") + 2)
+    definitions = [("", range(0))] * (text.count("\n") + 2)
     for node in ast.walk(ast.parse(text)):  # outer nodes come first
         match node:
             case ast.FunctionDef(name=name):
                 body = range(node.body[0].lineno, node.end_lineno + 1)
                 for line in range(node.lineno, body.stop):
-                    found[line] = name, range(line, line + 1) if line in body else body
+                    definitions[line] = name, range(line, line + 1) if line in body else body
             case ast.Assign(targets=[ast.Name(id=name)]) | ast.AnnAssign(target=ast.Name(id=name)):
                 for line in range(node.lineno, node.end_lineno + 1):
-                    found[line] = found[line] if found[line][1] else (name, range(0))
-    return found
+                    definitions[line] = (
+                        definitions[line] if definitions[line][1] else (name, range(0))
+                    )
+    return definitions
 
 
 @cache
@@ -190,15 +192,15 @@ class Reach:
         CACHE.mkdir(parents=True, exist_ok=True)
         note, kept = CACHE / "tests.json", CACHE / "coverage"
         stamp = [hash_sources(SOURCES), hash_sources(ROOT / "tests")]
-        known = json.loads(note.read_text()) if note.exists() else {}
-        if known.get("stamp") != stamp:
-            known = {"stamp": stamp, "times": _measured(kept)}
-            note.write_text(json.dumps(known))
+        record = json.loads(note.read_text()) if note.exists() else {}
+        if record.get("stamp") != stamp:
+            record = {"stamp": stamp, "times": _measured(kept)}
+            note.write_text(json.dumps(record))
         self.data = CoverageData(str(kept))
         self.data.read()
         self.times = {
             name: phases
-            for name, phases in known["times"].items()
+            for name, phases in record["times"].items()
             if "failed" not in phases and (phases.get("call", 0.0) <= TEST_S or _pins(name))
         }
         self.setups: dict[str, float] = defaultdict(float)

@@ -5,6 +5,10 @@ powertrain, a fleet and its measurements, goes to a good design by the model's g
 today's and the new parts in every car of the group, solved with the body's modes by the bench. It
 prints a table: seed, car, whether receptances were there, predicted and true change, and the
 standard deviation over repeated measurements [dB].
+
+Fleets 3001 to 3020 and 4001 to 4020 are for choosing the constants of
+`deboom.vehicles.predicted_change`. Fleets 7001 to 7044 (220 cars) judge them: they were named here
+before any was drawn, and no constant may be chosen after a look at them.
 """
 
 from __future__ import annotations
@@ -70,7 +74,7 @@ def changes(seed: int) -> Iterator[dict[str, object]]:
         both = np.stack([np.ones_like(design), design])
         predicted = np.diff(model(both) / model.n_lines, axis=0)[0]
         again = uncertain_index(model, replace(platform, fleet=fleet), ()).draws(DRAWS, 1)
-        repeats = [np.diff(one(both) / model.n_lines, axis=0)[0] for one in again]
+        repeats = [np.diff(draw(both) / model.n_lines, axis=0)[0] for draw in again]
         deviation = np.std(repeats, axis=0, ddof=1)
         factors = np.append(design[: PATHS - 1], [design[PATHS - 1]] * 2)
         for place, car in enumerate(fleet.names):

@@ -38,16 +38,16 @@ def broken(site: Path) -> list[str]:
             if parts.scheme or parts.netloc:
                 continue
             target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
-            known = pages.get(target)
+            page_ids = pages.get(target)
             if not target.exists():
                 faults.append(f"{path.relative_to(site)}: {link} is no file")
-            elif parts.fragment and known and unquote(parts.fragment) not in known.anchors:
+            elif parts.fragment and page_ids and unquote(parts.fragment) not in page_ids.anchors:
                 faults.append(f"{path.relative_to(site)}: {link} is no anchor")
     return faults
 
 
 if __name__ == "__main__":
     folder = Path(sys.argv[1]).resolve()
-    found = broken(folder)
-    print("\n".join(found) or "all links inside the site lead somewhere")
-    sys.exit(bool(found))
+    faults = broken(folder)
+    print("\n".join(faults) or "all links inside the site lead somewhere")
+    sys.exit(bool(faults))

@@ -16,6 +16,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+SOURCES = ("src", "studies")
+TOPS = (*SOURCES, "tests", "benchmarks")
 COLUMNS = ("files", "code", "docstrings")
 EMPTY_NAMES = {"found", "asked", "known", "own", "one", "there"}
 LONG_FUNCTION = 60  # code lines, without docstring
@@ -58,7 +60,7 @@ def sizes() -> tuple[dict[str, dict[str, int]], dict[str, int]]:
     packages: dict[str, dict[str, int]] = {}
     tests: dict[str, int] = defaultdict(int)
     names = {path.name for path in (ROOT / "src" / "deboom").iterdir() if path.is_dir()}
-    for top in ("src", "studies", "tests", "benchmarks"):
+    for top in TOPS:
         for path in sorted((ROOT / top).rglob("*.py")):
             code, docs = lines(path)
             start = {**dict.fromkeys(COLUMNS, 0), "largest": 0}
@@ -71,9 +73,9 @@ def sizes() -> tuple[dict[str, dict[str, int]], dict[str, int]]:
     return packages, tests
 
 
-def modules() -> Iterator[tuple[Path, ast.Module]]:
-    """Yield each module of the package and of the studies, parsed."""
-    for top in ("src", "studies"):
+def modules(*tops: str) -> Iterator[tuple[Path, ast.Module]]:
+    """Yield each module below some folders, parsed."""
+    for top in tops:
         for path in sorted((ROOT / top).rglob("*.py")):
             yield path.relative_to(ROOT), ast.parse(path.read_text(encoding="utf-8"))
 
@@ -112,9 +114,9 @@ def long_functions(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 
 def empty_names() -> Counter[str]:
-    """Count the identifiers of `EMPTY_NAMES` in the package and the studies."""
+    """Count the identifiers of `EMPTY_NAMES` in all code, tests included."""
     return Counter(
-        name for _, tree in modules() for name in identifiers(tree) if name in EMPTY_NAMES
+        name for _, tree in modules(*TOPS) for name in identifiers(tree) if name in EMPTY_NAMES
     )
 
 
@@ -131,9 +133,9 @@ def main() -> None:
     print("src and studies: " + ", ".join(f"{column} {size}" for column, size in total.items()))
     names = empty_names()
     print("names that name nothing: " + (", ".join(f"{n} {c}" for n, c in names.items()) or "none"))
-    print(f"starred tuples: {sum(starred_tuples(tree) for _, tree in modules())}")
+    print(f"starred tuples: {sum(starred_tuples(tree) for _, tree in modules(*TOPS))}")
     print(f"functions beyond {LONG_FUNCTION} lines:")
-    for path, tree in modules():
+    for path, tree in modules(*SOURCES):
         for size, name in long_functions(tree):
             print(f"  {size:4} {path}: {name}")
 

@@ -82,7 +82,7 @@ def imported(path: Path) -> tuple[Path, ...]:
     """Return the project's modules that a module imports, and the studies it loads by name."""
     names: set[str] = set()
     studies = {study.stem: study for study in (ROOT / "studies").glob("[!_]*.py")}
-    found: set[Path] = set()
+    paths: set[Path] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         match node:
             case ast.Import(names=aliases):
@@ -90,13 +90,13 @@ def imported(path: Path) -> tuple[Path, ...]:
             case ast.ImportFrom(module=str(module), names=aliases):
                 names |= {module, *(f"{module}.{alias.name}" for alias in aliases)}
             case ast.Constant(value=str(value)) if value.removesuffix(".py") in studies:
-                found.add(studies[value.removesuffix(".py")])
+                paths.add(studies[value.removesuffix(".py")])
     for name in names:
         place = name.removeprefix("deboom.studies.").replace(".", "/")
         base = ROOT / "studies" if name.startswith("deboom.studies.") else ROOT / "src"
-        for folder in (base, ROOT / "benchmarks"):
-            found |= {p for p in (folder / f"{place}.py", folder / place / "__init__.py")}
-    return tuple(sorted(p for p in found if p.exists()))
+        for folder in (base, ROOT / "benchmarks", ROOT / "tests"):
+            paths |= {p for p in (folder / f"{place}.py", folder / place / "__init__.py")}
+    return tuple(sorted(p for p in paths if p.exists()))
 
 
 def sources(name: str) -> list[Path]:
@@ -120,11 +120,11 @@ def fingerprint(name: str) -> str:
 
 def sections_of(page: str) -> dict[str, str]:
     """Split a page into its sections, by name."""
-    found = {}
+    sections = {}
     for text in re.split(r"^(?=## )", page, flags=re.M)[1:]:
         if foot := FOOT.search(text):
-            found[foot[1]] = f"{text.strip()}\n"
-    return found
+            sections[foot[1]] = f"{text.strip()}\n"
+    return sections
 
 
 def marked(page: str) -> str:
@@ -169,7 +169,7 @@ def section_text(name: str, rows: list[Claim], seconds: float) -> str:
     title, about = _about(name)
     lines = [f"## {title}\n\n{about}| claim | asked | measured | holds |", "|---|---|---|---|"]
     lines += [
-        f"| {_cell(row.topic)} | {_cell(row.asked)} | {_cell(row.measured)} | "
+        f"| {_cell(row.topic)} | {_cell(row.bound)} | {_cell(row.measured)} | "
         f"{'yes' if row.holds else '**no**'} |"
         for row in rows
     ]
@@ -187,13 +187,15 @@ def _cell(text: str) -> str:
 
 def _cpu() -> float:
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    return sum(one.ru_utime + one.ru_stime for one in used)
+    return sum(usage.ru_utime + usage.ru_stime for usage in used)
 
 
-def _wanted(asked: list[str]) -> Iterator[str]:
+def _wanted(wanted: list[str]) -> Iterator[str]:
     for name in section_names():
         text = (CLAIMS / f"{name}.py").read_text(encoding="utf-8")
-        if not asked or any(one == name or f"deboom.{one}." in text for one in asked):
+        if not wanted or any(
+            name_wanted == name or f"deboom.{name_wanted}." in text for name_wanted in wanted
+        ):
             yield name
 
 
@@ -202,9 +204,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("wanted", nargs="*", help="sections or packages; all if none is named")
     parser.add_argument("--mark", action="store_true", help="only mark what is older")
-    asked = parser.parse_args()
+    arguments = parser.parse_args()
     page = PAGE.read_text(encoding="utf-8")
-    names = [] if asked.mark else list(_wanted(asked.wanted))
+    names = [] if arguments.mark else list(_wanted(arguments.wanted))
     failed = []
     begin = time.perf_counter()
     for number, name in enumerate(names, 1):
@@ -220,7 +222,7 @@ def main() -> int:
         text = section_text(name, rows, _cpu() - before)
         page = marked("\n".join([page, text]))
         PAGE.write_text(page, encoding="utf-8", newline="\n")
-        print(text if asked.wanted else f"{_cpu() - before:.0f} s of processor", flush=True)
+        print(text if arguments.wanted else f"{_cpu() - before:.0f} s of processor", flush=True)
     PAGE.write_text(marked(page), encoding="utf-8", newline="\n")
     print(f"{PAGE}: {time.perf_counter() - begin:.0f} s, {_cpu():.0f} s of processor")
     if failed:

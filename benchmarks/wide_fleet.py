@@ -71,7 +71,7 @@ def main(count: int) -> None:
         platform = write_wide_fleet(Path(name) / "platform", count)
         study = load_study("u06_robust_front")
         wall, begin = time.perf_counter(), time.process_time()
-        options = {"platform": platform, "group": "wide", "population": 100, "generations": 50}
+        options = {"platform": platform, "group": ["wide"], "population": 100, "generations": 50}
         folder = run_study(study, Path(name) / "results", options)
         whole = time.process_time() - begin
         print(

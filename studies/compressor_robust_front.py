@@ -61,6 +61,7 @@ from deboom.report import Report, Step, Table
 from deboom.runs.compressor_fleet import (
     MountedFleet,
     exact_change,
+    keeping_peaks,
     measured_fleet,
     mount_space,
     mounted_fleet,
@@ -90,7 +91,7 @@ class Parts(Enum):
 
     identical = "identical"
     """One part number: one axial and one radial stiffness for all mounts."""
-    own = "own"
+    separate = "own"
     """An axial and a radial stiffness for every mount."""
 
 
@@ -120,6 +121,9 @@ class Options:
     line_step: Annotated[float, Option(help="Between lines [Hz].")] = 2.0
     reach: Annotated[float, Option(help="Stiffness factors run within 1 ± reach [1].")] = 0.4
     travel: Annotated[float, Option(help="Largest travel under 1 g, over today's [1].")] = 1.2
+    peak_rise: Annotated[
+        float | None, Option(help="Largest rise of a booming peak; default: any [dB].")
+    ] = None
     tolerance: Annotated[float, Option(help="Half width of a piece's stiffness, 3 sigma [1].")] = (
         0.15
     )
@@ -152,6 +156,10 @@ class Options:
             )
         if not self.line_step > 0:
             raise InputError(f"--line-step {self.line_step:g}: give a step above 0 Hz")
+        if self.peak_rise is not None and not 0 <= self.peak_rise < np.inf:
+            raise InputError(
+                f"--peak-rise {self.peak_rise:g}: give by how much a peak may rise, from 0 dB"
+            )
         if not self.travel > 0:
             raise InputError(f"--travel {self.travel:g}: give a ratio above 0, such as 1.2")
 
@@ -238,6 +246,8 @@ def run(prepared: Model, options: Options, context: RunContext | None = None) ->
     model, robust, seed = prepared.mounted, prepared.robust, options.seed
     space = robust.space
     limits = travel_limit(model, space, options.travel)
+    if options.peak_rise is not None:
+        limits = keeping_peaks(limits, model, space, options.peak_rise)
     front = options.search.front(
         robust,
         seed=seed,
@@ -481,7 +491,10 @@ def _answer(
     rise = float(fleet.peak_rise(best[np.newaxis])[0])
     ruling = ""
     if Pick.none_louder not in view.front.picks:
-        ruling = "No design of the front leaves every peak at or below today's: a peak decides. "
+        ruling = (
+            "No design of the front leaves every peak at or below today's; `--peak-rise` "
+            "limits it in the search. "
+        )
     elif rise > RISEN:
         kept = fleet.cars(view.front.pick_designs[Pick.none_louder]).levels.mean(axis=0) - before
         ruling = (
@@ -549,6 +562,7 @@ def _answer(
     report.panel(
         "What to do next",
         Step("deboom run compressor_robust_front --cars FOLDER", "the same with measured cars"),
+        Step("deboom run compressor_robust_front --peak-rise 1", "no booming peak louder by more"),
         Step("deboom run compressor_robust_front --reach 0.6", "let stiffness go further"),
         Step("deboom run compressor_robust_front --travel 1.5", "let mounts travel further"),
         Step(f"deboom report {run} --supplier", "the sheet for whoever makes the mounts"),

@@ -37,7 +37,7 @@ from deboom.explore.search import VERIFIED
 from deboom.explore.workers import workers_for
 from deboom.mounts.surface_forces import Outside
 from deboom.pages.front import report_front
-from deboom.pages.front_answer import abbreviations, short_title
+from deboom.pages.front_answer import abbreviations, peaks_sentence, short_title
 from deboom.pages.motion import motion_report, report_runs
 from deboom.plot.style import signed
 from deboom.report import Report, Step, Table
@@ -163,7 +163,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "Pareto front",
     )
     index: Any = front.model
-    level = index.levels[0]
+    level = index.models[0]
     report.warn(
         "A direction that a part's characterisation could not identify keeps the force of today's "
         "part, and so does a line outside of the region that the part was measured in.",
@@ -206,7 +206,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"{advice}: at the best the catalogue's {'; '.join(words)}.",
         f"Mean level at the driver's ear of {len(front.responses)} vehicles, verified with "
         f"{front.judge.n_samples} draws that the search never saw; a difference below about "
-        f"{HEARD:g} dB is not heard from drive to drive.",
+        f"{HEARD:g} dB is not heard from drive to drive. Best-mean: {peaks_sentence(heard, best)}.",
         abbreviations(runs.platform.mounts),
     )
     gains = {f"{what} [dB]": heard.splv_change(design) for what, (design, _) in effects.items()}

@@ -152,14 +152,18 @@ def described(drawing):
 def _looks(artist):
     """Give how something in a picture looks, as far as no data decide it."""
     axis = [type(getattr(artist, f"get_{name}", str)()).__name__ for name in TICKS]
-    known = {name: getattr(artist, f"get_{name}", str)() for name in LOOKS}
-    known |= {name: getattr(artist, name, "") for name in ("xyann", "axison", "_dash_pattern")}
+    properties = {name: getattr(artist, f"get_{name}", str)() for name in LOOKS}
+    properties |= {name: getattr(artist, name, "") for name in ("xyann", "axison", "_dash_pattern")}
     mapped = getattr(artist, "get_array", str)()
     for name in ("color", "facecolor", "edgecolor"):
-        colours = "none" if isinstance(known[name], str) and not known[name] else known[name]
-        known[name] = "" if np.any(mapped) else np.round(to_rgba_array(colours), 2).tolist()
-    known["place"] = np.round(artist.get_position(), 3) if hasattr(artist, "transAxes") else ""
-    return [axis, sorted((name, str(value)) for name, value in known.items())]
+        colours = (
+            "none"
+            if isinstance(properties[name], str) and not properties[name]
+            else properties[name]
+        )
+        properties[name] = "" if np.any(mapped) else np.round(to_rgba_array(colours), 2).tolist()
+    properties["place"] = np.round(artist.get_position(), 3) if hasattr(artist, "transAxes") else ""
+    return [axis, sorted((name, str(value)) for name, value in properties.items())]
 
 
 def _frames(moving):
@@ -206,10 +210,10 @@ def _alike(line, pinned):
     return words and all(map(_equal, NUMBER.findall(line), NUMBER.findall(pinned)))
 
 
-def _equal(one, other):
+def _equal(number, other):
     """Say whether two numbers agree to their last digit but one step, as rounding has it."""
-    decimals = len(one.partition("e")[0].partition(".")[2])
-    exponent = float(f"1e{one.partition('e')[2] or 0}")
-    first, second = (float(text.replace("−", "-")) for text in (one, other))
+    decimals = len(number.partition("e")[0].partition(".")[2])
+    exponent = float(f"1e{number.partition('e')[2] or 0}")
+    first, second = (float(text.replace("−", "-")) for text in (number, other))
     step = 1.001 * exponent * 10.0**-decimals
     return abs(first - second) <= max(step, 1e-6 * abs(second), 1e-12)

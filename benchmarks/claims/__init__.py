@@ -5,14 +5,18 @@ here stands what takes many draws, and what the shipped studies find.
 """
 
 import os
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from deboom.explore.workers import process_pool
+
+sys.path.append(str(Path(__file__).parents[2] / "tests"))  # where `samples` are
 
 
 @dataclass(frozen=True)
@@ -21,7 +25,7 @@ class Claim:
 
     topic: str
     """What is claimed, in a few words with unit."""
-    asked: str
+    bound: str
     """The bound, as text."""
     measured: str
     """The figure, as text with its unit and sample."""
@@ -78,22 +82,22 @@ def over_draws(
     """
     shipped, *drawn = np.asarray(cases, dtype=float).reshape(len(np.asarray(cases)), -1)
     end = 0.0 if least else 1.0
-    asked, holds = [], True
+    bounds_in_words, holds = [], True
     for share, limit in (limits or {}).items():
-        found = np.nanquantile(drawn, share, axis=0)
-        holds &= bool(np.all(found >= limit if least else found <= limit))
+        quantile = np.nanquantile(drawn, share, axis=0)
+        holds &= bool(np.all(quantile >= limit if least else quantile <= limit))
         what = {0.5: "median", end: "all"}.get(share, f"{100 * share:g} %")
         bounds = ", ".join(f"{bound:g}" for bound in np.atleast_1d(limit))
-        asked.append(f"{what} at {'least' if least else 'most'} {bounds}")
+        bounds_in_words.append(f"{what} at {'least' if least else 'most'} {bounds}")
     measured = []
-    for one, known in zip(np.transpose(drawn), shipped, strict=True):
+    for draws_of_figure, shipped_value in zip(np.transpose(drawn), shipped, strict=True):
         low, middle, high, worst = (
-            f"{value:.{digits}f}" for value in np.nanquantile(one, (0.1, 0.5, 0.9, end))
+            f"{value:.{digits}f}" for value in np.nanquantile(draws_of_figure, (0.1, 0.5, 0.9, end))
         )
         last = f", worst {worst}" if limits and end in limits else ""
-        beside = "" if np.isnan(known) else f"; shipped {known:.{digits}f}"
+        beside = "" if np.isnan(shipped_value) else f"; shipped {shipped_value:.{digits}f}"
         measured.append(f"{middle} ({low} to {high}{last}{beside})")
-    return Claim(topic, "; ".join(asked) or "no claim", ", ".join(measured), holds)
+    return Claim(topic, "; ".join(bounds_in_words) or "no claim", ", ".join(measured), holds)
 
 
 def reported(topic: str, measured: str) -> Claim:
@@ -109,5 +113,5 @@ def listed(values: ArrayLike, digits: int) -> str:
 def _bounded(
     topic: str, word: str, limits: ArrayLike, values: ArrayLike, digits: int, holds: np.bool
 ) -> Claim:
-    asked = ", ".join(f"{limit:g}" for limit in np.atleast_1d(limits))
-    return Claim(topic, f"{word} {asked}", listed(values, digits), bool(holds))
+    bounds_in_words = ", ".join(f"{limit:g}" for limit in np.atleast_1d(limits))
+    return Claim(topic, f"{word} {bounds_in_words}", listed(values, digits), bool(holds))

@@ -54,6 +54,8 @@ def stiffness_errors(bench: VirtualBench, runs: Sequence[OperatingRun], seed: in
     budget, generator = ErrorBudget(), np.random.default_rng(seed)
     truth = np.vstack([run.stiffness for run in runs])
     instrumentation = draw_instrumentation(bench, budget, generator)
-    found = [measured_run(instrumentation, run, budget, generator) for run in runs]
-    stiffness = np.vstack([one.force / one.displacement for one in found])
+    measurements = [measured_run(instrumentation, run, budget, generator) for run in runs]
+    stiffness = np.vstack(
+        [measurement.force / measurement.displacement for measurement in measurements]
+    )
     return np.asarray(100 * np.sqrt(np.mean((np.abs(stiffness) / np.abs(truth) - 1) ** 2, axis=0)))

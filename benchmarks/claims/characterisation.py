@@ -125,8 +125,8 @@ def _forces(bench: CharacterisedBench, platform: Platform) -> dict[str, float]:
         return table[PEAKS].to_numpy()
 
     forces = modelled(platform.load_cases)
-    outside = sum(sum(one.outside.values()) for one in forces)
-    total = sum(len(one.outside) * one.load_case.force.frequency.size for one in forces)
+    outside = sum(sum(force.outside.values()) for force in forces)
+    total = sum(len(force.outside) * force.load_case.force.frequency.size for force in forces)
     spectra = at_peaks(platform.load_cases, forces)
     truth = at_peaks(_true_cases(platform), forces)
     return {
@@ -172,27 +172,27 @@ def _over(
 
 
 def _surface_claims(numbers: pd.DataFrame) -> list[Claim]:
-    asked = {"x": (0.998, 0.992, 0.995), "z": (0.995, 0.98, 0.995)}
+    least = {"x": (0.998, 0.992, 0.995), "z": (0.995, 0.98, 0.995)}
     rows = []
     numbers = numbers[~numbers["direction"].str.startswith("Du")]
     three, four = (numbers[numbers["cylinders"] == count] for count in (3, 4))
     for kind, words in KINDS.items():
-        for axis, (real, imag, force) in asked.items():
-            own = _along(three, axis)
-            of_imag = [0.85 if name == "GeM z" else imag for name in own["direction"].unique()]
+        for axis, (real, imag, force) in least.items():
+            errors = _along(three, axis)
+            of_imag = [0.85 if name == "GeM z" else imag for name in errors["direction"].unique()]
             for what, columns, bounds in (
                 ("Re K", ["r2_real"], [real]),
                 ("Im K", ["r2_imag"], of_imag),
                 ("force, worse of Re and Im", ["r2_force_real", "r2_force_imag"], [force]),
             ):
-                worse = own[[f"{kind}{column}" for column in columns]].min(axis=1)
+                worse = errors[[f"{kind}{column}" for column in columns]].min(axis=1)
                 limits = {0.5: 100 * np.array(bounds)}
                 topic = f"R² of {what} against {words}, 3 cylinders"
-                rows.append(_over(topic, own, worse, limits, 2, least=True))
-    for axis in asked:
-        own = _along(four, axis)
+                rows.append(_over(topic, errors, worse, limits, 2, least=True))
+    for axis in least:
+        errors = _along(four, axis)
         topic = f"R² of Im K against {KINDS['check_']}, 4 cylinders"
-        rows.append(_over(topic, own, own["check_r2_imag"], {}, 2))
+        rows.append(_over(topic, errors, errors["check_r2_imag"], {}, 2))
     return rows
 
 
@@ -200,8 +200,8 @@ def _truth_claims(numbers: pd.DataFrame) -> list[Claim]:
     return [
         _over(
             f"true error{words}, {cylinders} cylinders",
-            own := _along(numbers[numbers["cylinders"] == cylinders], axis),
-            own[column],
+            errors := _along(numbers[numbers["cylinders"] == cylinders], axis),
+            errors[column],
             {0.5: median, 0.9: most},
             1,
         )
@@ -266,7 +266,7 @@ def _static_forces(campaign: Campaign) -> pd.DataFrame:
 
 
 def _kinematics(static: pd.DataFrame) -> Claim:
-    own = _along(static, "x")
-    share = own["rms"] / np.hypot(5.5, 0.01 * own["range"])
+    errors = _along(static, "x")
+    share = errors["rms"] / np.hypot(5.5, 0.01 * errors["range"])
     topic = "static force by the kinematic model against the cells, rms over 1 % of range and noise"
-    return _over(topic, own, share, {0.5: 100}, 0)
+    return _over(topic, errors, share, {0.5: 100}, 0)

@@ -35,12 +35,15 @@ def claims() -> list[Claim]:
     whole = judged(_runs(), COMMON_DRAWS, 1, lambda *_: None)
     half = len(SEEDS)
     shared, fresh = whole.fronts[:half], whole.fronts[half:]
-    same = [_pair(whole, one, shared[(place + 1) % half]) for place, one in enumerate(shared)]
-    other = [_pair(whole, one, two) for one, two in zip(shared, fresh, strict=True)]
-    noise = sum(found is not FrontVerdict.real for found in same)
-    real = sum(found is FrontVerdict.real for found in other)
+    same = [
+        _pair(whole, difference, shared[(place + 1) % half])
+        for place, difference in enumerate(shared)
+    ]
+    other = [_pair(whole, difference, two) for difference, two in zip(shared, fresh, strict=True)]
+    noise = sum(verdict is not FrontVerdict.real for verdict in same)
+    real = sum(verdict is FrontVerdict.real for verdict in other)
     names = list(whole.groups)
-    found = whole.pairs[names[0], names[1]]
+    verdict = whole.pairs[names[0], names[1]]
     volumes = [float(whole.hypervolumes[name].mean()) for name in names]
     lost = 100.0 * (1.0 - volumes[1] / volumes[0])
     gap = -whole.gap(names[0], names[1]) * whole.per_line
@@ -55,8 +58,8 @@ def claims() -> list[Claim]:
         Claim(
             f"{half} seeds of each: hypervolume that fresh draws lose [%]",
             "real difference",
-            f"{lost:.0f} ({found.verdict.value}; noise ±{100 * found.noise / volumes[0]:.1f})",
-            found.verdict is FrontVerdict.real,
+            f"{lost:.0f} ({verdict.verdict.value}; noise ±{100 * verdict.noise / volumes[0]:.1f})",
+            verdict.verdict is FrontVerdict.real,
         ),
         at_least("the same as level per line at equal σ, louder by [dB]", 0.1, gap),
     ]
@@ -74,7 +77,7 @@ def _runs() -> list[ComparedRun]:
     runs = platform.runs(fleet=platform.fleet.group("U06"))
     index = runs.model(Motion.prescribed)
     space = factor_space(index.variable_names, half_width=0.20, tolerance=0.15)
-    found = []
+    folders = []
     for sampler in (Sampler.sobol, Sampler.fresh):
         for seed in SEEDS:
             sample = tolerance_sample(sampler, space.n_variables, DRAWS, seed=seed)
@@ -84,8 +87,8 @@ def _runs() -> list[ComparedRun]:
             entry = RunEntry(Path("search", f"{sampler.value}{seed}"), record)
             rows = pd.DataFrame(search.front.designs, columns=list(space.labels))
             front = FrontTable(rows, space.labels, search.hypervolume)
-            found.append(ComparedRun(entry=entry, prepared=Searched(model), front=front))
-    return found
+            folders.append(ComparedRun(entry=entry, prepared=Searched(model), front=front))
+    return folders
 
 
 def _pair(whole: Comparison, first: JudgedRun, second: JudgedRun) -> FrontVerdict:

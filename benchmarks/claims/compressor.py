@@ -165,9 +165,9 @@ ROWS = (
 
 
 def _at_most(
-    table: pd.DataFrame, what: str, asked: Sequence[float], quantile: float, names: Sequence[str]
+    table: pd.DataFrame, what: str, limits: Sequence[float], quantile: float, names: Sequence[str]
 ) -> Claim:
-    return over_draws(what, table[list(names)], {quantile: asked})
+    return over_draws(what, table[list(names)], {quantile: limits})
 
 
 def _finely(seed: int) -> Figures:
@@ -187,12 +187,12 @@ def _compressor(seed: int) -> Figures:
         tests = {state: read_operating_test(folder) for state, folder in folders.items()}
         hammer = tests["struck"].hammer
         truth = read_compressor_truth(folders["struck"] / "hammer")
-        found, figures = _identified(hammer, truth)
+        identification, figures = _identified(hammer, truth)
         alone = replace(hammer, weighed_mass=None, weighed_mass_deviation=0.0)
         figures["mass alone"] = 100 * errors_of(identify(alone, OPTIONS), truth).mass
         for state, test in tests.items():
             # the same hammer test: the bench draws its sweeps apart
-            result = unbalance(test, found, UnbalanceOptions(routes=ROUTES))
+            result = unbalance(test, identification, UnbalanceOptions(routes=ROUTES))
             true = read_unbalance_truth(folders[state])
             assert true is not None
             figures |= {f"{state} storage": result.state.storage, f"{state}": result.state.changed}
@@ -200,31 +200,31 @@ def _compressor(seed: int) -> Figures:
                 for name, value in _route(route, true).items():
                     figures[f"{state} {route.route.letter} {name}"] = value
             if state == "struck":
-                figures |= _judged(result, found, true, truth)
+                figures |= _judged(result, identification, true, truth)
         return figures
 
 
 def _identified(test: InertanceTest, truth: CompressorTruth) -> tuple[Identification, Figures]:
-    found = identify(test, OPTIONS)
-    error = errors_of(found, truth)
-    return found, {
+    identification = identify(test, OPTIONS)
+    error = errors_of(identification, truth)
+    return identification, {
         "centre": 1e3 * error.centre,
         "inertia": 100 * error.inertia,
         "stiffness": 100 * error.stiffness,
         "gain_real": 100 * error.gain_real,
         "gain_imaginary": 100 * error.gain_imaginary,
         "scores": error.scores,
-        "chi": found.calibrated.reduced_chi,
+        "chi": identification.calibrated.reduced_chi,
     }
 
 
-def _identification(level: str, table: pd.DataFrame, asked: Sequence[float]) -> list[Claim]:
+def _identification(level: str, table: pd.DataFrame, limits: Sequence[float]) -> list[Claim]:
     scores, chi = np.concatenate(list(table["scores"].iloc[1:])), table["chi"].iloc[1:]
     share = 100 * float(np.mean(np.abs(scores) < 1))
     body = f"{level}, mass weighed to 0.1 %: centre of gravity [mm], inertia [%], K_VP [%]"
     gain = f"{level}: real and imaginary part of the gain in 10-30 Hz [%]"
     return [
-        _at_most(table, body, asked, 0.9, ("centre", "inertia", "stiffness")),
+        _at_most(table, body, limits, 0.9, ("centre", "inertia", "stiffness")),
         _at_most(table, gain, (0.1, 0.2), 0.9, ("gain_real", "gain_imaginary")),
         between(
             f"{level}: cover of 68 % intervals of {scores.size} parameters, reduced χ "
@@ -326,7 +326,7 @@ def _held(seed: int) -> dict[str, list[bool]]:
 
 
 def _cover(held: Sequence[dict[str, list[bool]]]) -> Claim:
-    shares = [100 * float(np.mean([one[letter] for one in held])) for letter in held[0]]
+    shares = [100 * float(np.mean([inside[letter] for inside in held])) for letter in held[0]]
     return between(
         f"cover of 95 % intervals of u and u_d over {len(held)} drawn unbalances, gas forces and "
         f"changes of the mounts, routes {', '.join(held[0])} [%]",
@@ -349,11 +349,13 @@ def _rule() -> list[Claim]:
     ):
         limit, values = Bounds(at_most=5.0 if is_radius else 10.0), values.reshape(N_PARTS, -1)
         deviations, lines = np.full(values.shape[1], spread), np.zeros(values.shape[1])
-        found = [
+        verdicts = [
             judge(Characteristic("x", value, deviations, lines, is_radius=is_radius), limit)
             for value in values
         ]
-        shares = [100 * np.mean([one.decision is wrong for one in found]) for wrong in BOTH]
+        shares = [
+            100 * np.mean([verdict.decision is wrong for verdict in verdicts]) for wrong in BOTH
+        ]
         rows.append(
             at_most(
                 f"{N_PARTS} simulated parts on their limit, {name}: false accepts, rejects; 5 and "
@@ -367,12 +369,12 @@ def _rule() -> list[Claim]:
 
 
 def _judged(
-    found: Unbalance, struck: Identification, true: UnbalanceTruth, truth: CompressorTruth
+    verdicts: Unbalance, struck: Identification, true: UnbalanceTruth, truth: CompressorTruth
 ) -> Figures:
     """Decisions with each limit on its true value, and guard bands over value [%]."""
     rows = [
-        (STATIC, unbalance_characteristic(found, STATIC), abs(true.static)),
-        (DYNAMIC, unbalance_characteristic(found, DYNAMIC), abs(true.dynamic)),
+        (STATIC, unbalance_characteristic(verdicts, STATIC), abs(true.static)),
+        (DYNAMIC, unbalance_characteristic(verdicts, DYNAMIC), abs(true.dynamic)),
     ]
     for place, direction in enumerate(DOFS):
         limit = StiffnessLimit(direction, STIFFNESS_BAND, Bounds(at_most=1.0))

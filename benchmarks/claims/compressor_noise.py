@@ -62,7 +62,9 @@ def _carried_out(seed: int, *, identical: bool = False) -> dict[str, Any]:
     return {
         **_deviations(sweep_errors(noise)),
         "covered": covered,
-        "inside": float(np.mean([one.inside for one in sweep_errors(noise) if one.complete])),
+        "inside": float(
+            np.mean([errors.inside for errors in sweep_errors(noise) if errors.complete])
+        ),
         "forces": forces,
         "identical": running.shares.identical,
         "chi raw": raw.chosen.sources.reduced_chi,
@@ -76,22 +78,22 @@ def _against_truth(folder: Path, noise: CarNoise) -> tuple[float, float]:
     # the microphone's gain is in the noise transfer functions as well and cancels in a comparison
     microphone = loads((folder / "car.json").read_text(encoding="utf-8"))["microphone"]
     within, forces = [], []
-    for number, (one, band) in enumerate(zip(noise.sweeps, noise.bands, strict=True)):
+    for number, (sweep, band) in enumerate(zip(noise.sweeps, noise.bands, strict=True)):
         with np.load(folder / f"{number}.npz") as true:
-            lines = np.isin(true["frequency"], one.frequency)
+            lines = np.isin(true["frequency"], sweep.frequency)
             pressure = microphone * true["pressure"][lines]
             pushed = true["body_load"][lines][:, columns_of(MOUNTS, 3)]
-        level = one.level(pressure)
+        level = sweep.level(pressure)
         within.append((level >= band.lower) & (level <= band.upper))
-        off = one.loads[:, : one.n_mount_paths] - pushed
+        off = sweep.loads[:, : sweep.n_mount_paths] - pushed
         forces.append(np.linalg.norm(off) / np.linalg.norm(pushed))
     return float(np.mean(within)), float(max(forces))
 
 
 def _deviations(errors: Sequence[SweepErrors]) -> dict[str, float]:
     """Largest deviations of one car at peaks, over lines and in energy [dB]; lost peaks [%]."""
-    standard = [one for one in errors if one.hoses is STANDARD]
-    lost = sum(len(one.peaks.only_reference) for one in errors)
+    standard = [error for error in errors if error.hoses is STANDARD]
+    lost = sum(len(error.peaks.only_reference) for error in errors)
     peaks = sum(peak_deviations(errors, hoses).size for hoses in (SOFT, STANDARD))
     lines, by_mounts = (
         np.abs(np.concatenate([getattr(e, n)[in_band(e.frequency, HOSE_BAND)] for e in standard]))
@@ -102,8 +104,8 @@ def _deviations(errors: Sequence[SweepErrors]) -> dict[str, float]:
         "standard": _largest(peak_deviations(errors, STANDARD, only=HOSE_BAND)),
         "lines": np.percentile(lines, 90),
         "lines by mounts": np.percentile(by_mounts, 90),
-        "energy": _largest([one.hose_band for one in standard]),
-        "energy by mounts": _largest([one.hose_band_by_mounts for one in standard]),
+        "energy": _largest([error.hose_band for error in standard]),
+        "energy by mounts": _largest([error.hose_band_by_mounts for error in standard]),
         "lost": 100 * lost / (peaks + lost),
     }
 

@@ -42,7 +42,7 @@ def _laboratories() -> list[Claim]:
         *(
             over_draws(
                 f"Unbuilt mounts {words}, error at peaks, {share:g} % of a laboratory's peaks [dB]",
-                [np.percentile(one, share) for one in errors],
+                [np.percentile(error, share) for error in errors],
                 {1.0: most},
             )
             for words, errors in (("without hoses", bare), ("with identified hoses", hosed))
@@ -54,7 +54,7 @@ def _laboratories() -> list[Claim]:
 
 def _laboratory(seed: int) -> tuple[RealArray, RealArray, float]:
     study = STUDY.module
-    options = study.Options(parts=study.Parts.own, place_tolerance=0.0)
+    options = study.Options(parts=study.Parts.separate, place_tolerance=0.0)
     fleet = virtual_fleet(seed, LEVEL, None if seed == CASES[0] else seed)
     if seed != CASES[0]:
         assert fleet.truth is not None

@@ -79,7 +79,7 @@ def _platform(seed: int) -> dict[str, float]:
             vehicles="U06", band=(20.0, 60.0), motion="coupled", mounts="spectra"
         )
         today = np.ones((1, len(model.variable_names)))
-        found = minimize(
+        optimum = minimize(
             lambda x: float(model(x[np.newaxis]).sum()),
             today[0],
             jac=lambda x: model.gradient(x[np.newaxis]).sum(axis=(0, 1)),
@@ -102,7 +102,7 @@ def _platform(seed: int) -> dict[str, float]:
         return {
             "cylinders": bench.cylinders,
             "hardly moves": float(bool(not_identified(platform.load_case("g5_wot220")))),
-            "dB per line": (found.fun - float(model(today).sum())) / n_levels,
+            "dB per line": (optimum.fun - float(model(today).sum())) / n_levels,
             "peaks [dB]": float(np.abs(deviations).max()),
         }
 

@@ -29,9 +29,9 @@ def claims() -> list[Claim]:
     picks = [report.tables["picks"].set_index("design") for report in reports]
     first = summaries[0]
     level = [first[f"splv_change_db_per_line_U06-{number}"] for number in range(1, 6)]
-    gained = [one["benefit_db"] - one["benefit_prescribed_db"] for one in summaries]
-    biases = [one["sigma_bias_percent"] for one in summaries]
-    searched = max(one["seconds_both_searches"] for one in summaries)
+    gained = [summary["benefit_db"] - summary["benefit_prescribed_db"] for summary in summaries]
+    biases = [summary["sigma_bias_percent"] for summary in summaries]
+    searched = max(summary["seconds_both_searches"] for summary in summaries)
     moved = [
         at_most(f"{pick}, {column}, over {len(SEEDS)} seeds: moves by", limit, np.ptp(values), 4)
         for pick, column, limit in (

@@ -100,19 +100,21 @@ def _stated(number: int) -> np.ndarray:
 
 def _library(number: int) -> np.ndarray:
     bodies = _Bodies(number)
-    fleet, known = _both_ways(bodies)
+    fleet, truth = _both_ways(bodies)
     parts = _parts(number % BENCHES)
     case = surface_forces(_measured_case(number), parts, Outside.KEEP_MEASURED).load_case
-    return _held(bodies, fleet, case, parts, known)
+    return _held(bodies, fleet, case, parts, truth)
 
 
 def _both_ways(bodies: _Bodies) -> tuple[Fleet, Sequence[UncertaintySource]]:
     """Measure by two methods on two days; return their mean and what their difference says."""
     pairs = [
-        (one.noise_transfer, other.noise_transfer)
-        for one, other in zip(bodies.measured(1).vehicles, bodies.measured(2).vehicles, strict=True)
+        (first.noise_transfer, other.noise_transfer)
+        for first, other in zip(
+            bodies.measured(1).vehicles, bodies.measured(2).vehicles, strict=True
+        )
     ]
-    means = [replace(one, values=(one.values + other.values) / 2) for one, other in pairs]
+    means = [replace(first, values=(first.values + other.values) / 2) for first, other in pairs]
     vehicles = [Vehicle(n, GROUP, mean) for n, mean in zip(bodies.bodies, means, strict=True)]
     return Fleet(tuple(vehicles)), transfer_sources(method_difference(pairs), "both methods")
 
@@ -177,8 +179,8 @@ def _measured_case(number: int) -> LoadCase:
     generator = np.random.default_rng([number, 0])
     budget = ErrorBudget()
     instrumentation = draw_instrumentation(load_bench(), budget, generator)
-    found = measured_run(instrumentation, _run(), budget, generator)
-    return _case(found.displacement, found.force)
+    measurement = measured_run(instrumentation, _run(), budget, generator)
+    return _case(measurement.displacement, measurement.force)
 
 
 @cache
@@ -194,11 +196,11 @@ def _held(
     fleet: Fleet,
     case: LoadCase,
     parts: Sequence[CharacterisedMount],
-    known: Sequence[UncertaintySource],
+    exact: Sequence[UncertaintySource],
 ) -> np.ndarray:
     """Share of the truth in its interval and median half width, shape (quantity, 2)."""
     mounts = _platform().mounts
-    sources = (*known, *force_sources(mounts, (case,), parts, BAND))
+    sources = (*exact, *force_sources(mounts, (case,), parts, BAND))
     data = UncertainData(fleet, (case,), sources, BAND)
     measured = booming_model(fleet, mounts, [(case, 1.0)], BAND)
     truth = booming_model(
@@ -207,11 +209,11 @@ def _held(
     uncertain = UncertainIndex(measured, data, _platform())
     again = [_quantities(index) for index in uncertain.draws(DRAWS, seed=bodies.number)]
     values, true = _quantities(measured), _quantities(truth)
-    found = []
+    shares = []
     for name in QUANTITIES:
-        interval = pivotal_interval(values[name], np.array([one[name] for one in again]))
-        found.append((np.mean(interval.holds(true[name])), np.median(interval.half_width)))
-    return np.array(found)
+        interval = pivotal_interval(values[name], np.array([repeated[name] for repeated in again]))
+        shares.append((np.mean(interval.holds(true[name])), np.median(interval.half_width)))
+    return np.array(shares)
 
 
 def _quantities(index) -> Mapping[str, np.ndarray]:

@@ -4,7 +4,7 @@ The hammer test is synthetic: a rigid 7 kg body of 0.22 x 0.13 x 0.13 m on soft 
 sensors in any orientation and 18 impacts at random places, 36 lines from 10 to 150 Hz, 1 % noise.
 One fault per set-up: a reversed channel, two swapped axes, or a sensor 10 mm off. "Careful" sheets
 err by 1 mm, 1° and 1 % (1 σ) in every sensor. Seeds from 1 upwards. Blows pass the steep filters of
-analyzers (`benchmarks/filtered_hits.py`): what rings there is no second hit; one of 5 % or more
+analyzers (`tests/samples/filtered_hits.py`): what rings there is no second hit; one of 5 % or more
 follows 50 samples later or anywhere in the block.
 """
 
@@ -18,8 +18,8 @@ from deboom.measurement.culprit import Fault, culprit_of_responses
 from deboom.measurement.impact_test import check_hits
 from deboom.measurement.sensors import Tolerances
 from deboom.measurement.virtual_point import sensor_geometry, virtual_point
-from filtered_hits import blows
-from hammer_test import CAREFUL, EXACT, draw_fault, draw_hammer_test, measure
+from samples.filtered_hits import blows
+from samples.hammer_test import CAREFUL, EXACT, draw_fault, draw_hammer_test, measure
 
 GROSS = (Fault.SIGN, Fault.AXES)
 KINDS = (*GROSS, Fault.OFFSET)
@@ -60,15 +60,15 @@ def _sheets(words: str, errors: Tolerances, sure: tuple[Fault, ...]) -> list[Cla
             fault = None if kind is None else draw_fault(test, kind, generator)
             measured = measure(test, generator, fault=fault, errors=errors)
             point = virtual_point(sensor_geometry(test.sensors))
-            found = culprit_of_responses(point, measured, errors)
+            culprit = culprit_of_responses(point, measured, errors)
             if fault is None:
-                alarms += found.named
+                alarms += culprit.named
                 continue
-            suspect = found.suspect
+            suspect = culprit.suspect
             who = suspect.name.split()[0] == fault.sensor
             same = kind is Fault.OFFSET or set(suspect.channels) == set(fault.channels)
-            right = found.named and who
-            rows.append((kind, found.named, who, right, right and suspect.fault is kind and same))
+            right = culprit.named and who
+            rows.append((kind, culprit.named, who, right, right and suspect.fault is kind and same))
     words = f"hammer tests with {words}"
     columns = ["kind", "named", "first suspect", "sensor", "fault"]
     counts = pd.DataFrame(rows, columns=columns).groupby("kind", sort=False).sum()

@@ -1,8 +1,8 @@
 """What people do wrong, and whether `deboom check` says where.
 
-Every mistake of `benchmarks/mistakes.py` on folders of seeds that no check was tuned on, drawn in
-place and size. A mistake is named if a fault, a WARNING or an ALARM holds a word that tells where
-it is. Folders without a mistake must raise nothing.
+Every mistake of `tests/samples/mistakes.py` on folders of seeds that no check was tuned on, drawn
+in place and size. A mistake is named if a fault, a WARNING or an ALARM holds a word that tells
+where it is. Folders without a mistake must raise nothing.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 
 from claims import Claim, at_least, at_most, draws, in_processes
 from deboom.choices import FolderKind
-from mistakes import LAST_TUNING, alarms, outcomes
+from samples.mistakes import LAST_TUNING, alarms, outcomes
 
 FIRST = LAST_TUNING + 101
 SEEDS = range(FIRST, FIRST + draws(2))

@@ -75,8 +75,10 @@ def _judged(vehicle: str, seed: int) -> tuple[_Judged, _Judged]:
     judged = []
     for part in (replace(refined, model=of_orders), refined):
         frequency_error, damping_error = (
-            np.abs(found[:N_MODES] / exact[:N_MODES] - 1)
-            for found, exact in zip((part.model.frequency, part.model.damping), true, strict=True)
+            np.abs(estimated[:N_MODES] / exact[:N_MODES] - 1)
+            for estimated, exact in zip(
+                (part.model.frequency, part.model.damping), true, strict=True
+            )
         )
         mac = np.min([np.diag(part.mac(shapes[measured], only)) for only in (False, True)], axis=0)
         holds = frequency_error.max() <= 0.005 and damping_error.max() <= 0.15 and mac.min() >= 0.95

@@ -40,7 +40,7 @@ def claims() -> list[Claim]:
     today = _true_level(sets[0], runs)
     truth = np.array([_true_level(sets[row], runs) - today for row in built])
     rows = []
-    for motion, asked in ((Motion.coupled, 0.99), (Motion.prescribed, 0.90)):
+    for motion, least in ((Motion.coupled, 0.99), (Motion.prescribed, 0.90)):
         predicted = index[motion](np.hstack([sets, np.ones((len(sets), 12))]))
         change = predicted.mean(axis=1) / index[motion].n_lines
         change -= change[0]
@@ -52,10 +52,10 @@ def claims() -> list[Claim]:
         rows += [
             Claim(
                 f"predicted and true change of {SETS_BUILT} sets, {motion.value}: r [1]",
-                f"at least {asked:.2f}",
+                f"at least {least:.2f}",
                 f"{r:.4f} (slope {slope:.2f}, largest error {error:.3f} dB, spread of the truth "
                 f"{truth.std():.2f} dB)",
-                r >= asked,
+                r >= least,
             ),
             between(
                 f"true change of the quietest set beyond that predicted, {motion.value} [dB]",

@@ -69,8 +69,8 @@ def _errors_of(seed: int) -> list[float]:
             vehicle = read_vehicle(folder)
         true = ear_transfer(fleet.bodies[name], fleet.cabin, FREQUENCY)[:, 0]
         for method, words in ((Method.DIRECT, "hammer"), (Method.RECIPROCAL, "loudspeaker")):
-            found = point_noise_transfer(vehicle, method).values[:, 0].reshape(true.shape)
-            relative = np.linalg.norm(found - true, axis=0) / np.linalg.norm(true, axis=0)
+            estimated = point_noise_transfer(vehicle, method).values[:, 0].reshape(true.shape)
+            relative = np.linalg.norm(estimated - true, axis=0) / np.linalg.norm(true, axis=0)
             errors[words] += relative[:3, :3].ravel().tolist()
             errors["moments"] += relative[:3, 3:].ravel().tolist()
     return [100 * float(np.median(values)) for values in errors.values()]

@@ -21,8 +21,8 @@ def claims() -> list[Claim]:
         return true * rng.standard_normal(count) + error * rng.standard_normal(count)
 
     def covered(count: int, true: float) -> bool:
-        one = direction_scatter("x", parts(count, true), np.full(count, error), prior=prior)
-        return one.lower <= true <= one.upper
+        scatter = direction_scatter("x", parts(count, true), np.full(count, error), prior=prior)
+        return scatter.lower <= true <= scatter.upper
 
     thirty = np.mean([covered(30, sigma) for _ in range(REPETITIONS)])
     # a scatter that comes from the prior itself, on the variance that is observed
@@ -36,10 +36,10 @@ def claims() -> list[Claim]:
     for _ in range(REPETITIONS):
         shared = np.sqrt(0.5) * sigma * rng.standard_normal((6, 1))[batches]
         values = shared + np.sqrt(0.5) * sigma * rng.standard_normal((30, 1))
-        one = direction_scatter("x", values[:, 0], batches=batches)
-        total.append(one.lower <= sigma <= one.upper)
-        found = batch_share(values, batches)
-        share.append(found is not None and found.lower <= 0.5 <= found.upper)
+        scatter = direction_scatter("x", values[:, 0], batches=batches)
+        total.append(scatter.lower <= sigma <= scatter.upper)
+        estimated = batch_share(values, batches)
+        share.append(estimated is not None and estimated.lower <= 0.5 <= estimated.upper)
         common = np.sqrt(0.6) * rng.standard_normal((12, 1))
         hard = hardness_share([common + np.sqrt(0.4) * rng.standard_normal((12, 3))])
         axes.append(hard is not None and hard.lower <= 0.6 <= hard.upper)

@@ -64,8 +64,8 @@ def _over(
     unit: str,
     limits: dict[float, float],
 ) -> Claim:
-    own = numbers.assign(value=values)[numbers["direction"].str.endswith(f" {axis}")]
-    names = own.dropna(subset=["value"])["direction"].unique()
-    table = own.pivot(index="seed", columns="direction", values="value")[names]
+    of_axis = numbers.assign(value=values)[numbers["direction"].str.endswith(f" {axis}")]
+    names = of_axis.dropna(subset=["value"])["direction"].unique()
+    table = of_axis.pivot(index="seed", columns="direction", values="value")[names]
     topic = f"{topic}, {', '.join(names)} [{unit}]"
     return over_draws(topic, table, limits, 1, least=topic.startswith("R²"))

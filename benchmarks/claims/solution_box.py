@@ -25,7 +25,7 @@ from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.runs.platform_options import MotionOptions
 from deboom.runs.runner import load_study
 from deboom.vehicles.booming_model import Motion
-from known_boxes import exact_share, ratio_of, two_vehicles
+from samples.known_boxes import exact_share, ratio_of, two_vehicles
 
 STUDY = load_study("solution_box").module
 EFFORT = BoxEffort(calibration=2**20, verification=2**20)
@@ -46,9 +46,9 @@ def repetition(seed: int) -> tuple[bool, bool, bool]:
     """Return whether the true share is above its bound and above the stated one, and verified."""
     problem, limit, bounds, _ = two_vehicles(2, seed)
     question = BoxQuestion(problem, limit, 0.9, bounds.lower, bounds.upper)
-    found = largest_box(question, seed=seed, effort=REPEATED)
-    true = exact_share(problem, limit, found.box)
-    return true >= found.verified.bound, true >= 0.9, found.verified.share >= 0.9
+    box = largest_box(question, seed=seed, effort=REPEATED)
+    true = exact_share(problem, limit, box.box)
+    return true >= box.verified.bound, true >= 0.9, box.verified.share >= 0.9
 
 
 def fleet_claims() -> list[Claim]:
@@ -58,10 +58,10 @@ def fleet_claims() -> list[Claim]:
     point = STUDY.pareto_point(model, options, lambda *_: None)
     question = STUDY.question(model, options)
     study = STUDY.box_study(model, point, question, options, lambda *_: None)
-    found, check = study.solution, study.solution.verified
+    solution, check = study.solution, study.solution.verified
     where = "U06, none louder than today"
     return [
-        at_most(f"{where}: seconds to the verified box", 60, found.seconds, 1),
+        at_most(f"{where}: seconds to the verified box", 60, solution.seconds, 1),
         at_least(
             f"{where}: bound of the verified share, {check.n_parts} parts [%]",
             95,

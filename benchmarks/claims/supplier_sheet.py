@@ -105,12 +105,16 @@ def _errors_of_today(workbooks: list[Path]) -> dict[str, tuple[float, float]]:
         table = openpyxl.load_workbook(path)["data block"]
         header, *rows = ([cell.value for cell in row] for row in table)
         stated = {row[0]: row[header.index("today ± 95 % [%]")] for row in rows}
-        for asked in read_specification(path).directions:
-            if asked.today_n_per_mm is not None and not asked.name.startswith("Du "):
-                state = asked.preload_n, 1e-3 * asked.amplitude_mm, asked.frequency_hz
-                true = 1e-3 * _true_stiffness(asked.name, *state)
-                error = 100.0 * (asked.today_n_per_mm / true - 1.0)
-                errors[asked.name] = (error, float(stated[asked.name]))
+        for requirement in read_specification(path).directions:
+            if requirement.today_n_per_mm is not None and not requirement.name.startswith("Du "):
+                state = (
+                    requirement.preload_n,
+                    1e-3 * requirement.amplitude_mm,
+                    requirement.frequency_hz,
+                )
+                true = 1e-3 * _true_stiffness(requirement.name, *state)
+                error = 100.0 * (requirement.today_n_per_mm / true - 1.0)
+                errors[requirement.name] = (error, float(stated[requirement.name]))
     return errors
 
 
@@ -135,10 +139,10 @@ def _deliveries(workbook: Path, path: Path, *, with_today: bool) -> tuple[float,
         pieces = np.array([*stiffness, *([true] * 3 if with_today else [])])
         read = pieces * (1.0 + 0.5 * UNCERTAINTY * random.standard_normal(pieces.size))
         table.delete_rows(2, table.max_row)
-        for number, found in enumerate(read):
+        for number, part_read in enumerate(read):
             row = list(state)
             row[part] = f"P{number}" if number < PARTS else "today"
-            row[part + 1], row[value] = "B1", float(found)
+            row[part + 1], row[value] = "B1", float(part_read)
             table.append(row)
         book.save(path)
         parts = read_measured_sheet(path, read_specification(path))

@@ -52,9 +52,9 @@ from deboom.vehicles.synthesis import (
 
 def claims() -> list[Claim]:
     """Measure everything afresh; two processes."""
-    found = in_processes(_tables, CASES)
+    tables_of_cases = in_processes(_tables, CASES)
     comparisons, causes, forces, criteria = (
-        pd.concat([tables[name] for tables in found], ignore_index=True)
+        pd.concat([tables[name] for tables in tables_of_cases], ignore_index=True)
         for name in ("comparisons", "causes", "forces", "validation")
     )
     return [
@@ -149,13 +149,13 @@ def _causes(causes: pd.DataFrame, forces: pd.DataFrame) -> list[Claim]:
 
 def _rest(criteria: pd.DataFrame) -> list[Claim]:
     rows = []
-    for name, own in criteria[
+    for name, group in criteria[
         criteria["name"].str.contains("against the truth|spread|missed")
     ].groupby("name", sort=False):
-        target = own["target"].iloc[0]
-        thesis = own["thesis"].iloc[0]
-        cases = own.set_index("seed")["measured"].reindex(CASES)
-        drawn = own[own["seed"] != CASES[0]]
+        target = group["target"].iloc[0]
+        thesis = group["thesis"].iloc[0]
+        cases = group.set_index("seed")["measured"].reindex(CASES)
+        drawn = group[group["seed"] != CASES[0]]
         if drawn.empty:
             rows.append(reported(f"{name}, shipped; thesis {thesis}", f"{cases.iloc[0]:.1f}"))
             continue

@@ -1,13 +1,14 @@
 """Transfer path analysis.
 
 Forces at the mounts by inversion, by mount stiffness and as blocked forces, on assemblies of
-masses, springs and nine mounts that are solved directly (`benchmarks/transfer_path_assembly.py`),
-and on the virtual bench's coupled vehicle. Noise of 1 % is complex and part of every single value,
-in the accelerances as in the responses; errors are the rms over lines and paths against the rms
-force. The condition number is that of the matrix with its columns scaled to norm 1. At a condition
-number just below 100, 1 % of noise may cost more than 10 % on a single line: the bound holds over
-lines, and by far where sensors sit beside the mounts. Away from them plain least squares misses it;
-regularisation, which is the default, takes the error of the worst directions down.
+masses, springs and nine mounts that are solved directly
+(`tests/samples/transfer_path_assembly.py`), and on the virtual bench's coupled vehicle. Noise of 1
+% is complex and part of every single value, in the accelerances as in the responses; errors are the
+rms over lines and paths against the rms force. The condition number is that of the matrix with its
+columns scaled to norm 1. At a condition number just below 100, 1 % of noise may cost more than 10 %
+on a single line: the bound holds over lines, and by far where sensors sit beside the mounts. Away
+from them plain least squares misses it; regularisation, which is the default, takes the error of
+the worst directions down.
 """
 
 import tempfile
@@ -23,7 +24,14 @@ from deboom.measurement.channels import Spectrum
 from deboom.measurement.measured_vehicle import path_accelerance
 from deboom.measurement.path_forces import forces_by_inversion
 from deboom.physics.force_inversion import CROSS_VALIDATED, PLAIN, invert_for_forces
-from transfer_path_assembly import INDICATORS, INTERFACE, accelerance, receiver, source, with_noise
+from samples.transfer_path_assembly import (
+    INDICATORS,
+    INTERFACE,
+    accelerance,
+    receiver,
+    source,
+    with_noise,
+)
 
 GOOD = 100
 BESIDE = np.arange(INDICATORS.size)
@@ -37,11 +45,11 @@ def claims() -> list[Claim]:
     return [*_assemblies_with_noise(), _laboratory()]
 
 
-def _split(found, truth: np.ndarray) -> tuple[np.ndarray, ...]:
+def _split(estimated, truth: np.ndarray) -> tuple[np.ndarray, ...]:
     """Condition numbers, and squared errors and forces of the lines where they are good."""
-    good = found.condition_number < GOOD
-    error, force = ((np.abs(f[good]) ** 2).sum(axis=1) for f in (found.force - truth, truth))
-    return found.condition_number, error, force
+    good = estimated.condition_number < GOOD
+    error, force = ((np.abs(f[good]) ** 2).sum(axis=1) for f in (estimated.force - truth, truth))
+    return estimated.condition_number, error, force
 
 
 def _noise_claim(what: str, results: Sequence[tuple[np.ndarray, ...]]) -> Claim:
@@ -95,7 +103,7 @@ def _vehicle(seed: int) -> float:
         with np.load(folder / "truth" / "g5_wot220.npz", allow_pickle=False) as truth:
             names, force = tuple(truth["channels"].tolist()), truth["force"]
     run = measured.run("g5_wot220")
-    found = forces_by_inversion(path_accelerance(measured), run.acceleration).force
-    true = Spectrum(found.frequency, force, names, "N").select(found.channels)
-    error = np.linalg.norm(found.values - true.values) / np.linalg.norm(true.values)
+    estimated = forces_by_inversion(path_accelerance(measured), run.acceleration).force
+    true = Spectrum(estimated.frequency, force, names, "N").select(estimated.channels)
+    error = np.linalg.norm(estimated.values - true.values) / np.linalg.norm(true.values)
     return 100 * float(error)

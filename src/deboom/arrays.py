@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from inspect import get_annotations
 from typing import Any, TypeAlias, TypeVar, dataclass_transform
 
@@ -99,6 +99,47 @@ def derivatives(
     far = function(point + 2 * moves) - function(point - 2 * moves)
     scale = 12 * np.diag(moves)
     return np.asarray((8 * near - far) / scale.reshape(-1, *(1,) * (near.ndim - 1)))
+
+
+LONGEST_TEXT = 60
+"""Letters of a text that `short_repr` shows."""
+MOST_SHOWN = 6
+"""Numbers of an array that `short_repr` writes out."""
+
+
+def short_repr(value: Any) -> str:
+    """Return the repr of a dataclass in a line or two: large arrays and parts by their size.
+
+    A platform that is typed at a prompt would otherwise fill it with all of its numbers.
+    """
+    parts = [
+        f"{field.name}={_short(getattr(value, field.name, None))}"
+        for field in fields(value)
+        if field.repr
+    ]
+    return f"{type(value).__name__}({', '.join(parts)})"
+
+
+def _short(value: Any) -> str:
+    """Return the repr of a field, or what it is and how large."""
+    if isinstance(value, np.ndarray):
+        shape = " x ".join(map(str, value.shape))
+        return repr(value.tolist()) if value.size <= MOST_SHOWN else f"<{shape} {value.dtype}>"
+    if isinstance(value, str):
+        return repr(value if len(value) <= LONGEST_TEXT else f"{value[: LONGEST_TEXT - 1]}…")
+    if is_dataclass(value) and not isinstance(value, type):
+        name = getattr(value, "name", "")
+        return f"<{type(value).__name__}{f' {name}' if isinstance(name, str) and name else ''}>"
+    if isinstance(value, tuple | list | dict):
+        shown = list(value.values()) if isinstance(value, dict) else list(value)
+        if not any(is_dataclass(part) or isinstance(part, np.ndarray) for part in shown):
+            text = repr(value)
+            if len(text) <= 2 * LONGEST_TEXT:
+                return text
+        kinds = sorted({type(part).__name__ for part in shown})
+        return f"<{len(shown)} {' or '.join(kinds)}>"
+    text = repr(value)
+    return text if len(text) <= 2 * LONGEST_TEXT else f"<{type(value).__name__}>"
 
 
 _COMPARISONS = {
@@ -197,6 +238,8 @@ def checked(each: str = "", /, **axes: str) -> Callable[[type[_T]], type[_T]]:
                 own_check(self)
 
         cls.__post_init__ = __post_init__  # type: ignore[attr-defined]
+        if "__repr__" not in cls.__dict__:
+            cls.__repr__ = short_repr  # type: ignore[method-assign]
         kinds = [str(kind) for base in cls.__mro__ for kind in get_annotations(base).values()]
         return dataclass(frozen=True, eq=not any("Array" in kind for kind in kinds))(cls)
 

@@ -34,9 +34,9 @@ def again(tmp_path_factory):
     return write_platform(tmp_path_factory.mktemp("golden") / "u06_f39_f45", seed=1)
 
 
-def close(found, expected):
+def close(written, expected):
     """Agree to 1e-9 of the largest value of the curve."""
-    return np.max(np.abs(found - expected)) <= 1e-9 * np.max(np.abs(expected))
+    return np.max(np.abs(written - expected)) <= 1e-9 * np.max(np.abs(expected))
 
 
 def test_the_same_files(again):
@@ -48,14 +48,18 @@ def test_the_same_files(again):
 def test_the_same_functions(again, name):
     shipped, written = read_uff(SHIPPED / name), read_uff(again / name)
     assert [f.dof for f in shipped] == [f.dof for f in written]
-    for one, other in zip(shipped, written, strict=True):
-        assert (one.unit, one.function_type, one.id_lines) == (
+    for shipped_function, other in zip(shipped, written, strict=True):
+        assert (
+            shipped_function.unit,
+            shipped_function.function_type,
+            shipped_function.id_lines,
+        ) == (
             other.unit,
             other.function_type,
             other.id_lines,
         )
-        assert np.array_equal(one.abscissa, other.abscissa)
-        assert close(other.values, one.values), one.dof
+        assert np.array_equal(shipped_function.abscissa, other.abscissa)
+        assert close(other.values, shipped_function.values), shipped_function.dof
 
 
 @pytest.mark.parametrize("name", [name for name in FILES if name.endswith(".npz")])

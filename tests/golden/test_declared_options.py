@@ -17,8 +17,17 @@ def said(command, path):
     yield from filter(None, map(str.strip, (command.help or "").splitlines()))
     for option in command.params:
         names = "/".join([*option.opts, *option.secondary_opts])
-        known = ("nargs", "min", "max", "required", "multiple", "is_flag", "is_eager", "hidden")
-        marks = (f"{mark} {value}" for mark in known if (value := getattr(option, mark, None)))
+        attributes = (
+            "nargs",
+            "min",
+            "max",
+            "required",
+            "multiple",
+            "is_flag",
+            "is_eager",
+            "hidden",
+        )
+        marks = (f"{mark} {value}" for mark in attributes if (value := getattr(option, mark, None)))
         default = option.default.name if isinstance(option.default, Path) else option.default
         yield f"{names}: {' '.join(marks)}, by default {default!r}"
         yield getattr(option, "help", None) or ""

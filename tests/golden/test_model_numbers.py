@@ -16,10 +16,10 @@ WIDER = {
 @pytest.mark.parametrize("name", NUMBERS)
 def test_numbers_stay(name):
     pinned = json.loads(PATH.read_text(encoding="utf-8"))[name]
-    found = compute(name)
-    assert found.keys() == pinned.keys()
+    computed = compute(name)
+    assert computed.keys() == pinned.keys()
     for column, expected in pinned.items():
-        numbers, values = np.array(expected), np.array(found[column])
+        numbers, values = np.array(expected), np.array(computed[column])
         scale = np.nanmax(np.abs(numbers))
         limit = WIDER.get(name, 1e-9) * max(scale, 1e-12)
         np.testing.assert_allclose(values, numbers, rtol=0.0, atol=limit, err_msg=column)

@@ -54,17 +54,17 @@ def characterised_stiffness():
     _command("characterise", "campaign", "--library", "mounts.db", "--gear", "5", "--gear", "6")
     _command("library", "export", "mounts.db", "mounts.json")
     library = json.loads(Path("mounts.json").read_text(encoding="utf-8"))
-    found = {}
+    numbers = {}
     for mount in library["mounts"]:
         for direction in mount["directions"]:
             name = f"{mount['identity']['mount']} {direction['axis']}"
             quality = direction["quality"]
-            found[f"{name} quality"] = [float(value) for value in quality.values()]
+            numbers[f"{name} quality"] = [float(value) for value in quality.values()]
             for key, points in direction["map_points"].items():
                 if key.startswith("dynamic_stiffness"):
                     values = np.asarray(points["values"], dtype=float).reshape(-1)
-                    found[f"{name} {key}"] = values[:: max(1, values.size // 20)].tolist()
-    return found
+                    numbers[f"{name} {key}"] = values[:: max(1, values.size // 20)].tolist()
+    return numbers
 
 
 def bench_files(kind, *words):

@@ -5,14 +5,14 @@ from deboom.files.acceptance import AcceptanceBox, BoxVariable
 
 def variable(name, lower, upper, **changes):
     """Return an interval of one direction."""
-    known = {"searched": (0.5, 1.5), "nominal": 0.9, "reference_stiffness_n_per_m": None}
-    known |= {"condition": "mean |K| over 20 to 60 Hz", "weight": 1.0, "required": True}
-    return BoxVariable(name=name, lower=lower, upper=upper, **known | changes)
+    defaults = {"searched": (0.5, 1.5), "nominal": 0.9, "reference_stiffness_n_per_m": None}
+    defaults |= {"condition": "mean |K| over 20 to 60 Hz", "weight": 1.0, "required": True}
+    return BoxVariable(name=name, lower=lower, upper=upper, **defaults | changes)
 
 
 def acceptance_box(variables, responses, **changes):
     """Return a box of the mean level of U06 with prescribed motion."""
-    known = {
+    defaults = {
         "title": "Compact platform: acceptance box",
         "platform": "u06_f39_f45",
         "platform_sha256": "0" * 64,
@@ -33,4 +33,6 @@ def acceptance_box(variables, responses, **changes):
         "law": "uniform in the box",
         "seed": 1,
     }
-    return AcceptanceBox(variables=tuple(variables), responses=tuple(responses), **known | changes)
+    return AcceptanceBox(
+        variables=tuple(variables), responses=tuple(responses), **defaults | changes
+    )

@@ -67,11 +67,11 @@ class Piece:
 
 def pieces(seed=3):
     rng = np.random.default_rng(seed)
-    found = []
+    mounted = []
     for mount, places in PLACES.items():
         stiffness = rng.uniform(0.8e5, 4e5, 3) * (1 + 1j * rng.uniform(0.08, 0.2, 3))
-        found += [Piece(mount, name, at, stiffness) for name, at in places.items()]
-    return found
+        mounted += [Piece(mount, name, at, stiffness) for name, at in places.items()]
+    return mounted
 
 
 def axes_of(mount):
@@ -80,9 +80,9 @@ def axes_of(mount):
 
 def motion(torque):
     """Displacement and force at every piece, shape (n_frequency, n_piece, 3)."""
-    there = pieces()
-    positions = np.array([piece.position for piece in there])
-    stiffness = np.array([piece.stiffness for piece in there])
+    mounted = pieces()
+    positions = np.array([piece.position for piece in mounted])
+    stiffness = np.array([piece.stiffness for piece in mounted])
     matrix = mount_stiffness_matrix(positions, stiffness)
     mass = mass_matrix(MASS, np.array(INERTIA))
     load = torque * np.array([0.0, 0.0, 1.5, 0.15, 1.0, 0.05])
@@ -188,7 +188,7 @@ def _parts(variant, factor):
     by_mount = {}
     for k, piece in enumerate(pieces()):
         for a, axis in enumerate(AXES):
-            amplitude = np.concatenate([one[:, k, a] for one in motions])
+            amplitude = np.concatenate([motion_of_case[:, k, a] for motion_of_case in motions])
             preload = np.repeat(wheel_torque, 2) + rng.normal(0.0, 5.0, 4 * LINES.size)
             about = np.repeat(amplitude, 2) * rng.uniform(0.7, 1.3, 4 * LINES.size)
             lines = np.repeat(np.tile(LINES, 2), 2)
@@ -198,7 +198,10 @@ def _parts(variant, factor):
     for name, places in PLACES.items():
         directions = []
         for axis in AXES:
-            columns = [np.concatenate(one) for one in zip(*by_mount[name, axis], strict=True)]
+            columns = [
+                np.concatenate(motion_of_case)
+                for motion_of_case in zip(*by_mount[name, axis], strict=True)
+            ]
             points, stiffness = np.column_stack(columns[:3]), columns[3]
             surface = DynamicStiffnessSurface(preload_unit="N m").fit(points, stiffness)
             directions.append(

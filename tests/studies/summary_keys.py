@@ -48,4 +48,6 @@ def _patterns(word):
     first, *others = word.split("|")
     chunks = first.split("_")
     every = [first, *("_".join([*chunks[: -len(o.split("_"))], o]) for o in others)]
-    return [re.compile(".+".join(map(re.escape, re.split(r"<\w+>|…|\*", one)))) for one in every]
+    return [
+        re.compile(".+".join(map(re.escape, re.split(r"<\w+>|…|\*", pattern)))) for pattern in every
+    ]

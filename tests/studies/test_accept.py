@@ -63,12 +63,14 @@ def judged(folder, factors, uncertainty=0.0, platform=None, mount="TSM"):
 
 def test_verdicts_at_the_ends_of_the_interval(tmp_path):
     delivery = judged(tmp_path, [0.8, 1.0, 0.799, 1.001, 0.9])
-    verdicts = [one.verdict for one in delivery.parts]
+    verdicts = [part.verdict for part in delivery.parts]
     assert verdicts == [PartVerdict.passed] * 2 + [PartVerdict.failed] * 2 + [PartVerdict.passed]
     assert delivery.batches[0].verdict is PartVerdict.failed
     assert delivery.batches[0].reason() == "2 of 5 parts are outside"
     # with 2 % uncertainty nothing near an end is decided
-    verdicts = [one.verdict for one in judged(tmp_path, [0.81, 0.99, 1.01, 1.03, 0.9], 0.02).parts]
+    verdicts = [
+        part.verdict for part in judged(tmp_path, [0.81, 0.99, 1.01, 1.03, 0.9], 0.02).parts
+    ]
     assert verdicts == [PartVerdict.undecided] * 3 + [PartVerdict.failed, PartVerdict.passed]
 
 
@@ -196,7 +198,7 @@ def test_ratios_to_todays_part_need_no_reference(tmp_path):
     path.write_text("part,batch,mount,x [1],y [1],z [1]\n1,B1,TSM,0.9,,\n2,B1,TSM,1.02,,\n")
     parts = read_delivered_parts(path, axes, over_today=True)
     delivery = judged_delivery(box, parts, None, 0.0, seed=1, over_today=True)
-    assert [one.verdict for one in delivery.parts] == [PartVerdict.passed, PartVerdict.failed]
+    assert [part.verdict for part in delivery.parts] == [PartVerdict.passed, PartVerdict.failed]
     assert delivery.parts[1].reason() == "x outside: 1.020 of today's, asked 0.800 to 1.000"
     with pytest.raises(InputError, match="asks nothing of 'XY x', only of EnM x"):
         judged_delivery(box, [replace(parts[0], mount="XY")], None, 0.0, 1, over_today=True)

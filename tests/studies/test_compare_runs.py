@@ -25,7 +25,7 @@ from pathlib import Path
 import pandas as pd
 
 from deboom.explore.front import replicates, verified as verified_values
-from known_truth import quad2
+from samples.known_truth import quad2
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.space import stiffness_factor_space
@@ -180,17 +180,17 @@ def test_fronts_of_parts_get_a_verdict(tmp_path, monkeypatch):
 
 
 def test_runs_are_named_by_options_that_their_study_has():
-    asked = [
+    options_and_titles = [
         ("front", {"motion": None, "draws": 8}, "study front, motion coupled by default"),
         ("front", {"motion": "prescribed", "draws": 8}, "study front, motion prescribed"),
         ("platform", {"doe": 256}, "study platform"),
     ]
     runs = []
-    for study, options, _ in asked:
+    for study, options, _ in options_and_titles:
         record = {"seed": 1, "arguments": options, "facts": {"motion": "coupled"}}
         entry = RunEntry(Path(study) / "run", record)
         runs.append(ComparedRun(entry=entry, prepared=None, front=None))
-    assert configuration_names(runs) == [name for *_, name in asked]
+    assert configuration_names(runs) == [name for *_, name in options_and_titles]
 
 
 def copied(run, folder):
@@ -219,11 +219,11 @@ def test_a_damaged_run_folder_is_refused_and_nothing_is_left(pair, judged, tmp_p
 def test_runs_that_cannot_be_compared_are_refused(
     pair, compared, springs, studies, judged, tmp_path
 ):
-    there = springs(platform=studies / "there", generations=1)
+    elsewhere = springs(platform=studies / "there", generations=1)
     for runs, words in (
         ([pair[0]], "two different runs"),
         ([pair[0], pair[0]], "two different runs"),
-        ([pair[0], there], r"different platforms \(masses.csv differs\)"),
+        ([pair[0], elsewhere], r"different platforms \(masses.csv differs\)"),
         ([pair[0], springs(springs=4, generations=1)], "different design variables"),
         ([pair[0], compared[0]], "no front study"),
         ([pair[0], tmp_path], "no run folder"),
@@ -237,7 +237,7 @@ def test_runs_that_cannot_be_compared_are_refused(
     masses = studies / "there" / "masses.csv"
     masses.write_text("mass\n6\n")
     with pytest.raises(InputError, match=r"masses\.csv has changed since run"):
-        judged([there, pair[0]], tmp_path / "results")
+        judged([elsewhere, pair[0]], tmp_path / "results")
     assert not (tmp_path / "results").exists()
 
 

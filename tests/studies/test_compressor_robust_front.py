@@ -47,12 +47,12 @@ def finished(runs):
 def test_runs_get_a_verdict_in_any_order(runs, tmp_path, monkeypatch):
     monkeypatch.setattr(COMPARE.module, "FEWEST", 64)
     options = {"out": tmp_path, "studies": None, "samples": 64, "seed": 1}
-    one, swapped = (compare_runs(order, **options) for order in (runs, runs[::-1]))
-    assert one[1] == swapped[1]
-    (verdict,) = one[1]
+    in_order, swapped = (compare_runs(order, **options) for order in (runs, runs[::-1]))
+    assert in_order[1] == swapped[1]
+    (verdict,) = in_order[1]
     assert "generations 8" in verdict
     assert not verdict.startswith("generations 2 is")
-    fronts = [pd.read_csv(folder / "fronts.csv") for folder, _ in (one, swapped)]
+    fronts = [pd.read_csv(folder / "fronts.csv") for folder, _ in (in_order, swapped)]
     pd.testing.assert_frame_equal(*fronts)
 
 
@@ -60,6 +60,17 @@ def test_the_cars_become_quieter_by_the_exact_model_too(finished, summary):
     hold(finished, "compressor_robust_front")
     assert summary["exact_mean_change_db"] == pytest.approx(summary["mean_change_db"], abs=0.3)
     assert summary["travel_ratio"] <= 1.2
+
+
+def test_a_search_may_limit_the_rise_of_peaks(runs, tmp_path):
+    options = {**TINY, "generations": 2, "population": 16, "peak_rise": 1.5}
+    run = run_study(STUDY, tmp_path, options)
+    limits = pd.read_csv(run / "limits.csv").set_index("number")
+    rise = limits.loc["rise of a booming peak [dB]"]
+    assert rise["at most"] == 1.5
+    assert rise["best-mean"] <= 1.5
+    peaks = pd.read_csv(run / "peaks.csv")
+    assert peaks["change [dB]"].max() <= 1.5 + 1e-9
 
 
 def test_the_supplier_gets_the_sheet_of_every_mount(finished, summary, tmp_path):
@@ -100,7 +111,9 @@ MOUNTS = [CompressorMount(f"mount {n}", np.ones(3), np.zeros(3), np.ones(3)) for
 
 
 def test_own_parts_scatter_on_their_own():
-    options = MODULE.Options(parts=MODULE.Parts.own, reach=0.3, tolerance=0.1, place_tolerance=2.0)
+    options = MODULE.Options(
+        parts=MODULE.Parts.separate, reach=0.3, tolerance=0.1, place_tolerance=2.0
+    )
     variables = mount_variables(MOUNTS, identical=False, pieces=False, places=True)
     space = MODULE.design_space(variables, options)
     np.testing.assert_allclose(space.tolerance, [0.1] * 4 + [0.02] * 6)
@@ -160,9 +173,9 @@ def test_the_sound_is_synthesised(heard):
 def test_tables_hold_the_paths_with_their_phases(heard):
     paths = pd.read_csv(heard / "contributions.csv")
     levels = pd.read_csv(heard / "levels.csv")
-    one = paths[(paths["sweep"] == "standard 7.5 bar") & (paths["frequency [Hz]"] == 100.0)]
-    assert len(one) == 9 + 12
-    sound = one["real"].sum() + 1j * one["imaginary"].sum()
+    at_100_hz = paths[(paths["sweep"] == "standard 7.5 bar") & (paths["frequency [Hz]"] == 100.0)]
+    assert len(at_100_hz) == 9 + 12
+    sound = at_100_hz["real"].sum() + 1j * at_100_hz["imaginary"].sum()
     row = levels[(levels["sweep"] == "standard 7.5 bar") & (levels["frequency [Hz]"] == 100.0)]
     unweighted = 20 * np.log10(np.abs(sound) / np.sqrt(2) / 2e-5)
     # A-weighting of 100 Hz, IEC 61672-1

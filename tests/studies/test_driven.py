@@ -16,7 +16,7 @@ from deboom.bench.powertrain import load_bench
 from deboom.choices import Pick
 from deboom.runs.rebuilt import compared_run, supplier_study
 from pinned_pages import hold
-from resolved_truth import scaled_bench
+from samples.resolved_truth import scaled_bench
 
 STUDIES = Path(__file__).parents[2] / "studies"
 DRIVES = 3

@@ -88,12 +88,12 @@ def test_what_cannot_be_asked_is_said_in_a_sentence(tmp_path, changes, sentence)
 def test_a_users_own_table(tmp_path, vehicles):
     doe = pd.read_csv(vehicles / "doe.csv")
     path = tmp_path / "own.xlsx"
-    own = doe[[name for name in doe.columns if name.endswith("[1]")]].head(12)
-    own.to_excel(path, index=False)
-    space = stiffness_factor_space([name[:-4] for name in own.columns], half_width=0.15)
+    user_table = doe[[name for name in doe.columns if name.endswith("[1]")]].head(12)
+    user_table.to_excel(path, index=False)
+    space = stiffness_factor_space([name[:-4] for name in user_table.columns], half_width=0.15)
     request = DoeRequest(Plan.sobol, 0, 1, table=path)
-    assert request.designs(space) == pytest.approx(own.to_numpy(), abs=1e-12)
+    assert request.designs(space) == pytest.approx(user_table.to_numpy(), abs=1e-12)
     assert (request.words, request.inputs) == ("table own.xlsx", (path,))
-    own.drop(columns="TSM x [1]").to_excel(path, index=False)
+    user_table.drop(columns="TSM x [1]").to_excel(path, index=False)
     with pytest.raises(InputError, match="column 'TSM x' is missing"):
         run(tmp_path, **GROUP, table=path)

@@ -70,17 +70,17 @@ def run_of(folder, tmp_path_factory):
     @cache
     def run(name):
         study = load_study(STUDIES / f"{name}.py")
-        asked = {key: value for key, value in BUDGET.items() if key in study.parameters}
+        options = {key: value for key, value in BUDGET.items() if key in study.parameters}
         # what chooses parts needs their surfaces
         chooses = name == "mount_selection"
         source = MountSource.library_inside if chooses else MountSource.spectra
         if name in ("solution_box", "commonality"):  # coupled motion would take long
-            asked["motion"] = Motion.prescribed
+            options["motion"] = Motion.prescribed
         out = tmp_path_factory.mktemp("results")
         with pytest.MonkeyPatch.context() as patch:
             for constant, value in EFFORT.get(name, {}).items():
                 patch.setattr(study.module, constant, value)
-            return run_study(study, out, {**asked, "platform": folder, "mounts": source})
+            return run_study(study, out, {**options, "platform": folder, "mounts": source})
 
     return run
 
@@ -115,12 +115,12 @@ def test_units_order_and_lines_are_those_of_the_files(folder):
 
 
 def test_the_check_sums_up_the_foreign_platform(folder):
-    found = check_platform(folder)
-    assert found.faults == ()
-    assert "5, 15 variables" in found.summary
-    assert "101, 14 to 83.3 Hz, unevenly spaced" in found.summary
-    assert "of order 2" in found.summary
-    assert "fits all mounts" in found.summary
+    checked = check_platform(folder)
+    assert checked.faults == ()
+    assert "5, 15 variables" in checked.summary
+    assert "101, 14 to 83.3 Hz, unevenly spaced" in checked.summary
+    assert "of order 2" in checked.summary
+    assert "fits all mounts" in checked.summary
 
 
 def test_a_library_that_does_not_fit_is_found(folder, tmp_path):
@@ -142,10 +142,10 @@ def test_of_one_vehicle_the_platform_study_says_that_there_is_nothing_to_correla
     first, second, rest = re.split(r"(?=\[\[vehicles\]\])", toml.read_text(encoding="utf-8"))
     toml.write_text(first + second + rest[rest.index("[[load_cases]]") :], encoding="utf-8")
     study = load_study("u06_platform")
-    asked = {key: value for key, value in BUDGET.items() if key in study.parameters}
+    options = {key: value for key, value in BUDGET.items() if key in study.parameters}
     monkeypatch.setattr(study.module, "VERIFIED", 64)
     source = {"platform": alone, "mounts": MountSource.spectra}
-    run = run_study(study, tmp_path / "results", {**asked, **source})
+    run = run_study(study, tmp_path / "results", {**options, **source})
     assert "nothing to correlate" in (run / "report.html").read_text(encoding="utf-8")
     assert not (run / "doe.csv").exists()
     assert "st_Roll_x_Wagon" in json.loads((run / "summary.json").read_text(encoding="utf-8"))
@@ -154,18 +154,18 @@ def test_of_one_vehicle_the_platform_study_says_that_there_is_nothing_to_correla
 @pytest.mark.usefixtures("plain_loops")
 def test_vehicles_called_na_and_like_a_formula_reach_every_page(folder, tmp_path):
     names = ("NA", "=1+1")
-    own = tmp_path / "any"
-    shutil.copytree(folder, own)
-    text = (own / "platform.toml").read_text(encoding="utf-8")
+    renamed = tmp_path / "any"
+    shutil.copytree(folder, renamed)
+    text = (renamed / "platform.toml").read_text(encoding="utf-8")
     for old, new in zip(foreign_platform_samples.VEHICLES, names, strict=True):
         text = text.replace(f'name = "{old}"', f'name = "{new}"')
-    (own / "platform.toml").write_text(text, encoding="utf-8")
+    (renamed / "platform.toml").write_text(text, encoding="utf-8")
     study = load_study(STUDIES / "u06_robust_front.py")
-    asked = {key: value for key, value in BUDGET.items() if key in study.parameters}
-    asked |= {"motion": Motion.prescribed, "platform": own, "mounts": MountSource.spectra}
+    options = {key: value for key, value in BUDGET.items() if key in study.parameters}
+    options |= {"motion": Motion.prescribed, "platform": renamed, "mounts": MountSource.spectra}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study.module, "VERIFIED", 64)
-        run = run_study(study, tmp_path / "results", asked)
+        run = run_study(study, tmp_path / "results", options)
     (header, *_), moved = (run / "front.csv").read_text().splitlines(), tmp_path / "mail" / "run"
     assert not any(cell.startswith("=") for cell in header.split(","))
     shutil.copytree(run, moved)  # the record says of which study it is

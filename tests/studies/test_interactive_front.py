@@ -144,16 +144,16 @@ def test_the_page_computes_what_the_model_of_the_run_says(folder, page, tmp_path
     header = data_of(html, "live-header")
     assert header["lossFactors"]
     assert header["motions"] == ["prescribed"]
-    assert [one["name"] for one in header["cases"]] == ["high", "low"]
+    assert [answer["name"] for answer in header["cases"]] == ["high", "low"]
     index = supplier_study(folder, STUDIES, Pick.best_mean).index
     designs = np.random.default_rng(8).uniform(0.8, 1.2, (5, 30))
     said = of_page(html, designs, tmp_path)
     for case, name in enumerate(("high", "low")):
-        levels = np.array([one["levels"][case] for one in said])
+        levels = np.array([answer["levels"][case] for answer in said])
         np.testing.assert_allclose(
             levels.reshape(5, len(VEHICLES), -1), index.levels(designs, name), rtol=0, atol=1e-9
         )
-    splv = np.array([one["splv"] for one in said])
+    splv = np.array([answer["splv"] for answer in said])
     np.testing.assert_allclose(splv, index(designs), rtol=0, atol=1e-7)
     assert header["starts"][0]["name"].startswith("best-mean")
     heard = call("listen", folder, "--studies", STUDIES, "--out", tmp_path).output.splitlines()
@@ -220,8 +220,8 @@ def test_another_run_lies_beside_and_one_of_other_variables_is_refused(folder, t
 def test_designs_of_an_experiment_have_a_page_of_the_same_kind(folder, tmp_path):
     platform = load_study("fleet_correlation")
     options = {"platform": folder.parents[2] / "any", "mounts": MountSource.spectra, "designs": 20}
-    asked = {**options, "motion": Motion.prescribed, "resamples": 100, "draws": 2}
-    run = run_study(platform, tmp_path, asked)
+    chosen = {**options, "motion": Motion.prescribed, "resamples": 100, "draws": 2}
+    run = run_study(platform, tmp_path, chosen)
     page = write_interactive_page(run, studies=STUDIES)
     data, doe = data_of(page.read_text(encoding="utf-8")), pd.read_csv(run / "doe.csv")
     assert data_of(page.read_text(encoding="utf-8"), "live-header")["starts"] == []

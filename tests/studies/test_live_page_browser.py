@@ -31,8 +31,8 @@ def page(browser, path):
     fresh(browser)
     yield browser
     assert browser.complaints == []
-    asked = [url for url in browser.requests if not url.startswith("blob:")]
-    assert asked == [path.resolve().as_uri()]
+    requested = [url for url in browser.requests if not url.startswith("blob:")]
+    assert requested == [path.resolve().as_uri()]
 
 
 FRESH = "live.session.band !== null && live.session.band.fresh"
@@ -120,15 +120,15 @@ def test_an_improvement_keeps_the_limits_as_python_judges_them(page):
     page.wait("/steps in|Nothing|now;/.test(document.getElementById('live-said').textContent)")
     fresh(page)
     page.wait("document.getElementById('live-announced').textContent.includes('dB')")
-    found = design(page)
-    mean = robust(found[np.newaxis]).mean[0] / n_lines
+    improved = design(page)
+    mean = robust(improved[np.newaxis]).mean[0] / n_lines
     assert mean.mean() < today.mean() - 0.5
     assert np.all(mean <= today + 0.01)
-    assert robust.evaluate.levels(found[np.newaxis])[0, 0].max() <= 72.05
+    assert robust.evaluate.levels(improved[np.newaxis])[0, 0].max() <= 72.05
     assert page.value("live.price(live.session.x)[0] <= live.session.limits.atMost[0] + 0.01")
     # σ falls, and no vehicle becomes louder than today
     page.value("document.getElementById('live-objective').value = 'sigma'")
-    before = robust(found[np.newaxis]).sigma_sum[0]
+    before = robust(improved[np.newaxis]).sigma_sum[0]
     page.value("document.getElementById('live-said').textContent = ''")
     page.focus("#live-improve")
     page.key("Enter")

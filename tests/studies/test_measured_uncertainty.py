@@ -47,8 +47,8 @@ def test_the_designs_of_a_run_may_be_asked_about(tmp_path, monkeypatch):
         front=SimpleNamespace(picks={"best-mean": 0}),
     )
     monkeypatch.setattr(STUDY.module, "compared_run", lambda *_: front)
-    asked = {**BUDGET, "front": tmp_path, "motion": Motion.prescribed}
-    result = run_study(STUDY, tmp_path, asked)
+    options = {**BUDGET, "front": tmp_path, "motion": Motion.prescribed}
+    result = run_study(STUDY, tmp_path, options)
 
     picks = pd.read_csv(result / "picks.csv")
     assert picks["design"].tolist() == ["today's", "best-mean"]
@@ -57,7 +57,7 @@ def test_the_designs_of_a_run_may_be_asked_about(tmp_path, monkeypatch):
     assert picks["change, to [dB]"].iloc[1] == pytest.approx(20 * np.log10(0.9))
     space.names = ("Rear x", *names[1:])
     with pytest.raises(InputError, match="take a front of the same mounts"):
-        run_study(STUDY, tmp_path, asked)
+        run_study(STUDY, tmp_path, options)
 
 
 @pytest.mark.parametrize(
@@ -94,22 +94,22 @@ def test_vehicles_measured_in_two_ways_replace_the_priors(tmp_path):
         for seed, name in ((2, "U06-1"), (3, "U06-2"), (4, "U06-3"))
     ]
 
-    one, files = STUDY.module.measured_transfer(folders, None, (20.0, 60.0), averaged=False)
+    fleet, files = STUDY.module.measured_transfer(folders, None, (20.0, 60.0), averaged=False)
     mean, _ = STUDY.module.measured_transfer(folders, "driver ear", (20.0, 60.0), averaged=True)
 
-    assert {source.origin for source in one} == {"both methods in U06-1, U06-2, U06-3"}
+    assert {source.origin for source in fleet} == {"both methods in U06-1, U06-2, U06-3"}
     ones = np.ones((1, 3, 2), dtype=complex)
     data = MeasuredArrays(np.arange(3.0), ones, ones.real, *[np.empty(0)] * 2, (), ())
     drawn = [
         {s.name: s.measured_again(data, np.random.default_rng(1)).transfer for s in sources}
-        for sources in (one, mean)
+        for sources in (fleet, mean)
     ]
     level = [20 * np.log10(np.abs(again[CALIBRATION])) for again in drawn]
     place = [again[PATHS] - 1 for again in drawn]
     assert level[0] == pytest.approx(np.sqrt(2) * level[1])
     assert place[0] == pytest.approx(np.sqrt(2) * place[1])
     # the bench: microphone 0.2 dB, hammer 0.1 dB; loudspeaker 0.5 dB; 3 vehicles tell little
-    sizes = {source.name: float(source.size.split()[0]) for source in one}
+    sizes = {source.name: float(source.size.split()[0]) for source in fleet}
     assert 0.05 < sizes[CALIBRATION] < 1.2
     assert 0.2 < sizes[PATHS] < 20.0
     assert folders[0] / "vehicle.toml" in files

@@ -71,9 +71,9 @@ def test_without_truth_the_same_numbers_and_no_comparison(blind, finished):
     assert blind.truth is None
     numbers = direction_numbers(blind)
     assert not {"error", "check_error", "coverage"} & set(numbers.columns)
-    known = pd.read_csv(finished / "directions.csv")
+    with_truth = pd.read_csv(finished / "directions.csv")
     for name in ("r2_real", "r2_imag", "half_width"):
-        assert known[f"{name} [1]"].to_numpy() == pytest.approx(numbers[name].to_numpy())
+        assert with_truth[f"{name} [1]"].to_numpy() == pytest.approx(numbers[name].to_numpy())
 
 
 def test_every_figure_has_its_place_on_the_page(blind, monkeypatch):
@@ -100,12 +100,14 @@ def test_every_figure_has_its_place_on_the_page(blind, monkeypatch):
 def test_every_line_is_in_the_tables_with_its_noise_and_its_surface(blind):
     """The tables that figures are drawn from say what the map and the surface say."""
     table = mount_figures.stiffness_lines(blind)
-    one = blind.result.directions["TSM x"].measured
+    measured = blind.result.directions["TSM x"].measured
     lines = table[table["direction"] == "TSM x"]
-    assert len(lines) == len(one)
+    assert len(lines) == len(measured)
     assert len(table) == sum(len(d.measured) for d in blind.result.directions.values())
-    assert lines["Im K [N/mm]"].to_numpy() == pytest.approx(one.stiffness.imag / 1e3, rel=1e-5)
-    assert lines["displacement [mm]"].to_numpy() == pytest.approx(1e3 * one.amplitude, rel=1e-5)
+    assert lines["Im K [N/mm]"].to_numpy() == pytest.approx(measured.stiffness.imag / 1e3, rel=1e-5)
+    assert lines["displacement [mm]"].to_numpy() == pytest.approx(
+        1e3 * measured.amplitude, rel=1e-5
+    )
     # what is left beside the surface is noise of the stated size
     left = lines["Im K [N/mm]"] - lines["Im K, surface [N/mm]"]
     assert np.nanstd(left / lines["σ of Re K and of Im K [N/mm]"]) == pytest.approx(1.0, abs=0.3)

@@ -25,13 +25,15 @@ def test_the_objectives_are_those_of_a_search_and_nominal_is_the_level_of_the_de
     model = platform.model("U06", band=(24, 30))
     robust = deboom.Robust(model, model.design_space(), draws=16)
     designs = robust.space.lower + 0.3 * np.arange(3)[:, None] * robust.space.tolerance
-    found = deboom.BoomingProblem(platform, **SMALL).evaluate(designs, return_as_dictionary=True)
-    assert np.array_equal(found["F"], robust(designs).objectives)
+    evaluated = deboom.BoomingProblem(platform, **SMALL).evaluate(
+        designs, return_as_dictionary=True
+    )
+    assert np.array_equal(evaluated["F"], robust(designs).objectives)
     literal = deboom.BoomingProblem(platform, nominal=True, **SMALL).evaluate(
         designs, return_values_of=["F"]
     )
     assert literal[:, 0] == pytest.approx(model(designs).sum(axis=1), rel=1e-12)
-    assert np.array_equal(literal[:, 1], found["F"][:, 1])
+    assert np.array_equal(literal[:, 1], evaluated["F"][:, 1])
     every = deboom.BoomingProblem(platform, band=(24, 30), draws=16)
     assert every.robust.evaluate.response_names == platform.fleet.names
     with pytest.raises(deboom.InputError, match="vehicle"):
@@ -64,14 +66,14 @@ def test_a_softer_compressor_mount_is_quieter_until_it_travels_too_far(tmp_path)
     problem = deboom.CompressorProblem(car, line_step=20.0, draws=8, place_tolerance=0.0)
     space = problem.robust.space
     soft = np.where(space.upper > space.lower, 0.75, 1.0)
-    found = problem.evaluate(
+    evaluated = problem.evaluate(
         np.stack([space.nominal, soft, space.lower]), return_as_dictionary=True
     )
-    assert found["F"][1, 0] < found["F"][0, 0]
+    assert evaluated["F"][1, 0] < evaluated["F"][0, 0]
     travel = problem.robust.response(np.stack([space.nominal, soft, space.lower]))[:, 0]
     assert isinstance(problem.robust.response, MountStatics)
-    assert np.array_equal(found["G"][:, 1] > 0.0, travel > 1.2 * travel[0])
-    assert (found["G"][0] < 0.0).all()
+    assert np.array_equal(evaluated["G"][:, 1] > 0.0, travel > 1.2 * travel[0])
+    assert (evaluated["G"][0] < 0.0).all()
     for changes, message in (({"band": (0.0, 20.0)}, "rises from above"), ({"cars": []}, "no car")):
         with pytest.raises(deboom.InputError, match=message):
             deboom.CompressorProblem(**{"cars": car, **changes})

@@ -92,7 +92,9 @@ def test_bad_requests_are_refused_in_words(second, library, tmp_path, changes, m
 def test_a_mount_that_was_never_characterised_is_named(second, library, tmp_path):
     few = tmp_path / "few.db"
     with open_library(library) as opened, open_library(few, create=True) as other:
-        mounts = [opened.load(one) for one in opened.identities() if one.mount != "GeM"]
+        mounts = [
+            opened.load(identity) for identity in opened.identities() if identity.mount != "GeM"
+        ]
         other.add(opened.campaigns(), mounts)
     with pytest.raises(InputError, match=r"\['GeM'\], which are not among the characterised"):
         run_study(STUDY, tmp_path, {"second": second, "library": str(few)})

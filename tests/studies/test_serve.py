@@ -18,9 +18,9 @@ pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
 from deboom.runs.serve import serve_results
 
-STUDY = Path(__file__).parents[2] / "benchmarks" / "quad2_front.py"
+STUDY = Path(__file__).parents[1] / "samples" / "quad2_front.py"
 DEBOOM = (sys.executable, "-m", "deboom")
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(STUDY.parent)}  # the study has a helper beside it
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(STUDY.parents[1])}  # where the study finds `samples`
 GENERATION = (
     "Number(document.querySelector('.search h3').textContent.match(/generation (\\d+)/)[1])"
 )

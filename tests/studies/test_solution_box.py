@@ -50,8 +50,8 @@ def test_the_box_keeps_its_share_and_its_file_says_what_a_supplier_needs(finishe
     assert box.limit_below_today_db == 0.0
     assert summary["seconds"] < 60.0
     table = pd.read_csv(finished / "box.csv").set_index("variable")
-    one = read_solution_box(finished / "acceptance_box.json").variable("TSM x")
-    assert one.upper * one.reference_stiffness_n_per_m == pytest.approx(
+    variable = read_solution_box(finished / "acceptance_box.json").variable("TSM x")
+    assert variable.upper * variable.reference_stiffness_n_per_m == pytest.approx(
         1e3 * table.loc["TSM x", "to [N/mm]"]
     )
 
@@ -83,10 +83,10 @@ def test_a_limit_below_today_is_one_of_each_vehicle(tmp_path):
 def test_the_point_of_a_finished_front_is_taken_if_its_variables_are_the_same(monkeypatch):
     space = SimpleNamespace(names=("EnM x", "EnM y"))
     front = SimpleNamespace(space=space, picked=np.array([0.9, 1.1]))
-    asked = []
+    points_searched = []
 
     def read(*arguments):
-        asked.append(arguments)
+        points_searched.append(arguments)
         return front
 
     module = STUDY.module
@@ -94,7 +94,7 @@ def test_the_point_of_a_finished_front_is_taken_if_its_variables_are_the_same(mo
     options = module.Options(front=Path("front"), pick=module.Pick.best_sigma)
     point = module.pareto_point(SimpleNamespace(space=space), options, None)
     assert point.tolist() == [0.9, 1.1]
-    assert asked == [(Path("front"), None, module.Pick.best_sigma)]
+    assert points_searched == [(Path("front"), None, module.Pick.best_sigma)]
     other = SimpleNamespace(space=SimpleNamespace(names=("EnM x",)))
     with pytest.raises(InputError, match="take a front of the same platform"):
         module.pareto_point(other, options, None)

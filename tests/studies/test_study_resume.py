@@ -27,9 +27,9 @@ from deboom.explore.workers import workers_for
 from deboom.files import run_folder as run_lock
 from deboom.runs import runner
 from deboom.runs.runner import load_study, resume_study, run_study
-from known_truth import quad2
+from samples.known_truth import quad2
 
-STUDY = Path(__file__).parents[2] / "benchmarks" / "quad2_front.py"
+STUDY = Path(__file__).parents[1] / "samples" / "quad2_front.py"
 BUDGET = {"seed": 2, "generations": 12, "population": 20}
 
 
@@ -216,7 +216,7 @@ def test_ctrl_c_says_what_is_kept_and_how_to_go_on(study, tmp_path, monkeypatch)
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are read from /proc")
 def test_workers_end_with_their_parent(tmp_path):
     options = ("--generations", "100000", "--workers", "2", "--out", str(tmp_path))
-    path = os.pathsep.join([str(STUDY.parent), os.environ.get("PYTHONPATH", "")])
+    path = os.pathsep.join([str(STUDY.parents[1]), os.environ.get("PYTHONPATH", "")])
     command = [sys.executable, "-m", "deboom", "run", str(STUDY), *options]
     parent = subprocess.Popen(command, env={**os.environ, "PYTHONPATH": path})
     deadline = time.monotonic() + 120.0
@@ -354,7 +354,7 @@ def test_a_worker_killed_mid_run_changes_nothing(cluster):
 
 
 def test_one_process_two_and_a_cluster_write_the_same_files(cluster, tmp_path):
-    study = load_study(Path(__file__).parents[2] / "benchmarks" / "quad2_front.py")
+    study = load_study(Path(__file__).parents[1] / "samples" / "quad2_front.py")
     folders = [
         run_study(study, tmp_path / name, {"generations": 4, "population": 12, **who})
         for name, who in (
@@ -406,7 +406,7 @@ def test_a_killed_scheduler_leaves_a_run_that_resume_takes(study, tmp_path, monk
     file = tmp_path / "scheduler.json"
     program = (sys.executable, "-m")
     where = ("--port", "0", "--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(file))
-    here = os.pathsep.join([str(STUDY.parent), os.environ.get("PYTHONPATH", "")])
+    here = os.pathsep.join([str(STUDY.parents[1]), os.environ.get("PYTHONPATH", "")])
     quiet = {"env": {**os.environ, "PYTHONPATH": here}, "stderr": subprocess.DEVNULL}
     scheduler = subprocess.Popen([*program, "distributed.cli.dask_scheduler", *where], **quiet)
     started = [scheduler]

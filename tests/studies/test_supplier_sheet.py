@@ -138,12 +138,12 @@ def sheet_of(study, mount="TSM", files=None, language=Language.en, **changes):
     given = sources.sheet_sources(study, files or sources.SheetFiles())
     given = replace(given, **changes)
     middle = sources.middle_design(study, sources.bands(study, given))
-    one = next(m for m in study.platform.mounts if m.name == mount)
+    chosen_mount = next(m for m in study.platform.mounts if m.name == mount)
     return MountSheet(
         study=study,
         sources=given,
         effects=SupplierEffects(study, middle),
-        mount=one,
+        mount=chosen_mount,
         secrets=(),
         language=language,
         issued="2026-11-26",
@@ -242,8 +242,10 @@ def test_a_bush_under_wheel_torque_is_stated_in_newtons(study, few_draws):
 def test_weight_and_torque_act_together(study):
     (direction,) = [d for d in study.directions if d.name == "TSM z"]
 
-    def state(**known):
-        programme = acceptance.Programme(mounts=(acceptance.ProgrammeMount(name="TSM", **known),))
+    def state(**arguments):
+        programme = acceptance.Programme(
+            mounts=(acceptance.ProgrammeMount(name="TSM", **arguments),)
+        )
         return machine_states(study, [direction], programme, {"TSM z": 1.0})["TSM z"]
 
     alone, weight = state(), (0.0, 0.0, -150.0)
@@ -310,8 +312,8 @@ def test_the_required_capability_leaves_the_stated_share_inside(sheet):
     assert inside**3 == pytest.approx(0.95)
     sample = np.random.default_rng(3).normal(1.0, 0.05, 20)
     half = 3.0 * measured_capability(needed, 20, 0.95) * sample.std(ddof=1)
-    found = capability(sample, sample.mean() - half, sample.mean() + half)
-    assert found.cpk_bound == pytest.approx(needed)
+    required = capability(sample, sample.mean() - half, sample.mean() + half)
+    assert required.cpk_bound == pytest.approx(needed)
     n = proving_parts(0.8, 1.33, 0.95)
     assert measured_capability(0.8, n, 0.95) <= 1.33 < measured_capability(0.8, n - 1, 0.95)
     assert sheet.process["demanded_by"].tolist() == ["acoustics", "usual"]
@@ -348,8 +350,8 @@ def test_every_number_of_the_page_stands_in_a_table_of_the_workbook(
         for row in table.iter_rows(values_only=True):
             values += [v for v in row if isinstance(v, int | float)]
             words += [v for v in row if isinstance(v, str)]
-    known = {n.replace(",", ".") for n in numbers(" ".join(words))}
-    known |= {
+    tabulated = {n.replace(",", ".") for n in numbers(" ".join(words))}
+    tabulated |= {
         "14253",
         "10846",
         "1",
@@ -369,7 +371,7 @@ def test_every_number_of_the_page_stands_in_a_table_of_the_workbook(
     for text in shown:
         plain = text.replace("−", "-").replace(",", ".")
         digits = len(plain.partition(".")[2])
-        if plain not in known and not any(
+        if plain not in tabulated and not any(
             abs(float(plain) - v) <= 0.5000001 * 10.0**-digits for v in values
         ):
             untraced.append(text)
@@ -462,18 +464,18 @@ def test_a_german_sheet_comes_back_with_ratios_to_todays_part(study, box_run, fe
     content = sheet_of(study, files=sources.SheetFiles(box=box_run), language=Language.de)
     path = tmp_path / "blatt.xlsx"
     path.write_bytes(documents(content, "")[1])
-    known = content.specification.musts["x"].today_n_per_mm
-    values = known * 1.04 * np.array([1.0, 0.76, 0.77, 0.78])
+    today = content.specification.musts["x"].today_n_per_mm
+    values = today * 1.04 * np.array([1.0, 0.76, 0.77, 0.78])
     back = filled(path, tmp_path / "zurueck.xlsx", values, "gemessen")
     book = openpyxl.load_workbook(back)
     table = book["gemessen"]
-    table.cell(5, table.max_column - 3).value = 2.0 * known
+    table.cell(5, table.max_column - 3).value = 2.0 * today
     for row, name in enumerate(("heute", "T1", "T2", "T3"), 2):
         table.cell(row, 1, name)
         table.cell(row, 2, "C1")
     book.save(back)
     first, *_ = acceptance.read_measured_sheet(back, content.specification)
-    assert first.stiffness["x"] == pytest.approx(0.76e3 * known)
+    assert first.stiffness["x"] == pytest.approx(0.76e3 * today)
     result = call("accept", path, back, "--out", tmp_path)
     run = Path(result.stdout.strip().splitlines()[-1])
     page = (run / "supplier.html").read_text(encoding="utf-8")

@@ -83,10 +83,10 @@ def test_one_mount_one_vehicle_and_few_lines_are_enough(monkeypatch):
     plan = analysis.SensitivityPlan(
         Analysis.design, 0.1, 0.1, 0.1, n_base=32, n_resamples=10, seed=2
     )
-    found = analysis.sensitivity(small, index, plan)
-    assert found.by_mount is None
-    assert [*found.beside] == ["tolerance ±10 % (3 σ)"]
-    report = sensitivity_report(found)
+    indices = analysis.sensitivity(small, index, plan)
+    assert indices.by_mount is None
+    assert [*indices.beside] == ["tolerance ±10 % (3 σ)"]
+    report = sensitivity_report(indices)
     assert "sobol_mounts" not in report.figures
     assert len(report.tables["sobol_lines"]) == 3
     assert len(report.tables["sobol"]) == 3

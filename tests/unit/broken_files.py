@@ -38,7 +38,7 @@ def without(name, *starts):
     def fault(folder):
         lines = (folder / name).read_bytes().splitlines(keepends=True)
         kept = [
-            one for one in lines if not one.startswith(tuple(start.encode() for start in starts))
+            line for line in lines if not line.startswith(tuple(start.encode() for start in starts))
         ]
         assert len(kept) < len(lines)
         put(folder / name, b"".join(kept))
@@ -86,16 +86,20 @@ def function(name, wanted, **changes):
     A callable among the changes gets the function.
     """
 
-    def hit(place, one):
-        return wanted in (place, one.response_node, (one.response_node, one.response_direction))
+    def hit(place, function):
+        return wanted in (
+            place,
+            function.response_node,
+            (function.response_node, function.response_direction),
+        )
 
-    def change(there):
-        assert any(hit(place, one) for place, one in enumerate(there))
+    def change(functions):
+        assert any(hit(place, function) for place, function in enumerate(functions))
         return [
-            replace(one, **{k: v(one) if callable(v) else v for k, v in changes.items()})
-            if hit(place, one)
-            else one
-            for place, one in enumerate(there)
+            replace(function, **{k: v(function) if callable(v) else v for k, v in changes.items()})
+            if hit(place, function)
+            else function
+            for place, function in enumerate(functions)
         ]
 
     return functions(name, change)
@@ -105,8 +109,8 @@ def all_of(*faults):
     """Break several things."""
 
     def fault(folder):
-        for one in faults:
-            one(folder)
+        for step in faults:
+            step(folder)
 
     return fault
 

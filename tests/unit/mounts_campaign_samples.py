@@ -188,7 +188,7 @@ def operating_run(rig, ramp, generator):
 
 
 def spectrum(rig, sensors, values, unit, generator):
-    names = tuple(channel for one in sensors for channel in one.channels)
+    names = tuple(channel for sensor in sensors for channel in sensor.channels)
     gains = np.array([rig.channel_gain.get(name, 1.0) for name in names])
     normals = generator.standard_normal((2, *values.shape)) / np.sqrt(2)
     noise = rig.noise * np.abs(values) * (normals[0] + 1j * normals[1])

@@ -111,8 +111,8 @@ def assert_same(a, b):
             assert_same(a[key], b[key])
     elif isinstance(a, tuple):
         assert len(a) == len(b)
-        for one, other in zip(a, b, strict=True):
-            assert_same(one, other)
+        for left, other in zip(a, b, strict=True):
+            assert_same(left, other)
     else:
         assert a == b
 
@@ -124,9 +124,10 @@ def write_many(where, name, folder):
         time.sleep(0.002)
     with open_library(where, create=True) as library:
         for i in range(4):
-            own = f"{name} {i}"
+            variant = f"{name} {i}"
             library.add(
-                [campaign(own)], [mount(seed=s, campaign_name=own, serial=str(s)) for s in (1, 2)]
+                [campaign(variant)],
+                [mount(seed=s, campaign_name=variant, serial=str(s)) for s in (1, 2)],
             )
         try:
             library.add([campaign("wanted by all")], [mount(campaign_name="wanted by all")])

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from deboom.arrays import ComplexArray, RealArray, checked, checked_array, derivatives
 from deboom.errors import InputError
+from deboom.files.platform import read_platform
 
 
 @checked(frequency="f", values="f n 3", weights="n")
@@ -78,3 +81,25 @@ def test_derivatives_are_exact_up_to_fourth_powers() -> None:
     np.testing.assert_allclose(slopes, expected, rtol=1e-13)
     waves = derivatives(np.sin, point, 1e-3)
     np.testing.assert_allclose(waves, np.diag(np.cos(point)), rtol=1e-12, atol=1e-15)
+
+
+def test_a_dataclass_with_large_arrays_has_a_short_repr() -> None:
+    @checked(values="n", names="n")
+    class Measured:
+        values: RealArray
+        names: tuple[str, ...]
+        title: str
+
+    short = Measured([1.0, 2.0], ["a", "b"], "today")
+    assert repr(short).endswith("Measured(values=[1.0, 2.0], names=('a', 'b'), title='today')")
+    long = repr(Measured(range(400), ["channel"] * 400, "t" * 200))
+    assert "values=<400 float64>, names=<400 str>" in long
+    assert len(long) < 200
+
+
+def test_a_platform_and_its_model_fit_into_a_prompt() -> None:
+    platform = read_platform(Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45")
+    for value in (platform, platform.fleet, platform.model(vehicles="U06", band=(20.0, 21.0))):
+        assert len(repr(value)) < 500
+    assert "u06_f39_f45" in repr(platform)
+    assert "15 Vehicle" in repr(platform.fleet)

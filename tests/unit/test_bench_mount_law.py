@@ -36,13 +36,13 @@ FREQUENCY_2 = np.linspace(20.0, 80.0, 25)
 
 
 def test_play_follows_a_load_that_rises_and_falls():
-    there = np.linspace(0, 2e-3, 41)
-    path = np.concatenate([there, there[::-1]])[:, None]
+    outward = np.linspace(0, 2e-3, 41)
+    path = np.concatenate([outward, outward[::-1]])[:, None]
     remembered = play_operator(path, 0.25e-3)[:, 0]
     rising, falling = remembered[:41], remembered[41:]
-    assert np.all(rising[there <= 0.25e-3] == 0)
-    assert rising[there > 0.25e-3] == pytest.approx(there[there > 0.25e-3] - 0.25e-3)
-    back = there[::-1]
+    assert np.all(rising[outward <= 0.25e-3] == 0)
+    assert rising[outward > 0.25e-3] == pytest.approx(outward[outward > 0.25e-3] - 0.25e-3)
+    back = outward[::-1]
     assert falling[back >= 1.5e-3 + 1e-9] == pytest.approx(1.75e-3)
     assert falling[back < 1.5e-3] == pytest.approx(back[back < 1.5e-3] + 0.25e-3)
 
@@ -89,16 +89,16 @@ def measured(budget, seed):
 
 
 def test_without_errors_the_truth_comes_back():
-    found = measured(NO_ERRORS, 1)
-    assert found.displacement == pytest.approx(RUN.displacement, rel=1e-9, abs=1e-18)
-    assert found.force == pytest.approx(RUN.force, rel=1e-9)
+    measurement = measured(NO_ERRORS, 1)
+    assert measurement.displacement == pytest.approx(RUN.displacement, rel=1e-9, abs=1e-18)
+    assert measurement.force == pytest.approx(RUN.force, rel=1e-9)
 
 
 def test_cells_that_lose_and_mix_force_are_repaired_by_the_force_transfer_matrix():
     budget = replace(NO_ERRORS, cell_gain=0.05, cell_cross=0.05, cell_shunt=0.06, tilt=0.5)
-    found = measured(budget, 1)
-    assert found.force[:, :9] == pytest.approx(RUN.force[:, :9], rel=1e-9)
-    assert found.displacement == pytest.approx(RUN.displacement, rel=1e-9, abs=1e-18)
+    measurement = measured(budget, 1)
+    assert measurement.force[:, :9] == pytest.approx(RUN.force[:, :9], rel=1e-9)
+    assert measurement.displacement == pytest.approx(RUN.displacement, rel=1e-9, abs=1e-18)
 
 
 SPOILS = {
@@ -115,10 +115,12 @@ def test_each_error_spoils_its_own_quantity_in_proportion(error, quantity):
     size = getattr(sensors.ErrorBudget(), error)
 
     def deviation(scale):
-        found = measured(replace(NO_ERRORS, **{error: scale * size}), 3)
+        measurement = measured(replace(NO_ERRORS, **{error: scale * size}), 3)
         others = {"displacement": "force", "force": "displacement"}[quantity]
-        assert getattr(found, others)[:, :9] == pytest.approx(getattr(RUN, others)[:, :9], rel=1e-9)
-        return getattr(found, quantity)[:, :9] - getattr(RUN, quantity)[:, :9]
+        assert getattr(measurement, others)[:, :9] == pytest.approx(
+            getattr(RUN, others)[:, :9], rel=1e-9
+        )
+        return getattr(measurement, quantity)[:, :9] - getattr(RUN, quantity)[:, :9]
 
     full, tenth = deviation(1.0), deviation(0.1)
     assert np.linalg.norm(full) > 1e-5 * np.linalg.norm(getattr(RUN, quantity)[:, :9])
@@ -141,8 +143,8 @@ def test_noise_transfer_errors_have_the_stated_size():
     assert np.std(levels) == pytest.approx(0.5, rel=0.1)
     # cos² is 1 for the constant and 1/2 on average for the other five ripples
     expected = 0.05 * np.sqrt((1 + 5 / 2) / 6)
-    found = drawn(100, relative=0.05) - 1
-    assert np.sqrt(np.mean(np.abs(found) ** 2)) == pytest.approx(expected, rel=0.05)
+    errors = drawn(100, relative=0.05) - 1
+    assert np.sqrt(np.mean(np.abs(errors) ** 2)) == pytest.approx(expected, rel=0.05)
 
 
 def test_data_sheet_stays_within_its_tolerances_and_never_states_the_truth():

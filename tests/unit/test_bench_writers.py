@@ -77,8 +77,8 @@ def test_the_same_seed_gives_the_same_bytes_and_progress_counts_the_files(kind, 
 
 @pytest.mark.parametrize("kind", WRITERS)
 def test_another_seed_gives_other_measurements(kind, folders):
-    one, other = map(bytes_of, folders[kind])
-    assert {name for name in one if one[name] == other[name]} == WRITERS[kind][1]
+    first, other = map(bytes_of, folders[kind])
+    assert {name for name in first if first[name] == other[name]} == WRITERS[kind][1]
 
 
 @pytest.mark.parametrize("kind", WRITERS)
@@ -121,7 +121,7 @@ def test_every_load_case_carries_its_engine_torque(written):
 
 
 @pytest.mark.parametrize(
-    ("taken", "asked", "words"),
+    ("taken", "target", "words"),
     [
         ("platform/notes.txt", "platform", "is not empty: name a new or an empty folder"),
         ("platform", "platform", "is a file"),
@@ -129,11 +129,11 @@ def test_every_load_case_carries_its_engine_torque(written):
         ("platform.unfinished/x", "platform", r"platform\.unfinished is left from a run .* delete"),
     ],
 )
-def test_a_place_in_use_is_refused_and_left_alone(tmp_path, taken, asked, words):
+def test_a_place_in_use_is_refused_and_left_alone(tmp_path, taken, target, words):
     (tmp_path / taken).parent.mkdir(exist_ok=True)
     (tmp_path / taken).write_text("mine", encoding="utf-8")
     with pytest.raises(InputError, match=words):
-        write_small(tmp_path / asked, seed=1)
+        write_small(tmp_path / target, seed=1)
     assert files_of(tmp_path) == [taken]
 
 

@@ -125,10 +125,10 @@ def cut(folder):
     (folder / VEHICLE).write_bytes(data[: len(data) // 2])
 
 
-def turned(there):
+def turned(functions):
     return [
         replace(f, values=-f.values) if (f.response_node, f.ordinate) == (103, "force") else f
-        for f in there
+        for f in functions
     ]
 
 

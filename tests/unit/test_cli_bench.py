@@ -63,8 +63,8 @@ def test_platform_with_library(tmp_path, monkeypatch):
     call("bench", "write", folder, "--seed", 2, "--library")
     _, mounts = read_library_json(folder / LIBRARY_FILE)
     assert [mount.mount.name for mount in mounts] == ["EnM", "GeM", "TSM", "Du"]
-    assert all(one.surface is not None for one in mounts[2].directions)
-    assert all(one.map_points.frequency.size == 0 for one in mounts[2].directions)
+    assert all(direction.surface is not None for direction in mounts[2].directions)
+    assert all(direction.map_points.frequency.size == 0 for direction in mounts[2].directions)
 
 
 TABLE11 = CompressorCase.TABLE11
@@ -122,18 +122,18 @@ GIVEN = {
 @pytest.mark.parametrize("command", GIVEN)
 def test_options_reach_the_bench(command, tmp_path, monkeypatch):
     writer, options, wanted = GIVEN[command]
-    asked = []
+    received = []
 
     def write(
         *given, noise_free=None, progress=None, truth_seed=None, tilt=None, body_scatter=None
     ):
         stated = (noise_free, truth_seed, tilt, body_scatter)
-        asked.append((*given, *(each for each in stated if each is not None)))
+        received.append((*given, *(each for each in stated if each is not None)))
 
     monkeypatch.setattr(*writer, write)
     done = call("bench", command, tmp_path, *options.split())
     assert done.stdout.strip() == tmp_path.as_posix()
-    assert asked == [(tmp_path, *wanted)]
+    assert received == [(tmp_path, *wanted)]
 
 
 @pytest.mark.parametrize(

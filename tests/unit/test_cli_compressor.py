@@ -84,17 +84,17 @@ def test_a_test_becomes_a_model_that_others_load(measured, tmp_path):
     assert not any("truth" in name for name in record["inputs_sha256"])
 
 
-@pytest.mark.parametrize("asked", [True, False])
+@pytest.mark.parametrize("with_truth", [True, False])
 def test_a_free_body_gives_its_mass_properties_and_truth_is_opened_when_asked(
-    hanging, tmp_path, asked
+    hanging, tmp_path, with_truth
 ):
-    truth = ["--truth"] if asked else []
+    truth = ["--truth"] if with_truth else []
     folder = finished("identify", hanging, "--free", *truth, "--out", tmp_path)
     table = pd.read_csv(folder / "parameters.csv").set_index("quantity")
     record = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-    assert ("truth" in table) is asked
-    assert any("truth" in name for name in record["inputs_sha256"]) is asked
-    if asked:
+    assert ("truth" in table) is with_truth
+    assert any("truth" in name for name in record["inputs_sha256"]) is with_truth
+    if with_truth:
         score = (table["value"] - table["truth"]) / table["standard deviation"]
         assert score.abs().max() < 4
         assert abs(table.loc["m", "value"] / table.loc["m", "truth"] - 1) < 0.005

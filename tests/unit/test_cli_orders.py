@@ -45,14 +45,14 @@ def test_one_command_leads_from_time_data_to_stiffness(campaign, tmp_path):
     assert f"{NAME} -> run {NAME} of mount set M1" in done.output
     with open_library(library) as opened:
         points = opened.load(opened.only(opened.identities(mount="TSM"))).direction("x").map_points
-    own = points.run == NAME
-    assert np.count_nonzero(own) == 13
+    of_run = points.run == NAME
+    assert np.count_nonzero(of_run) == 13
     with np.load(campaign / "truth" / f"{NAME}.npz") as truth:
         column = truth["channels"].tolist().index("TSM x")
         true = np.interp(
-            points.frequency[own], truth["frequency"], np.abs(truth["stiffness"][:, column])
+            points.frequency[of_run], truth["frequency"], np.abs(truth["stiffness"][:, column])
         )
-    assert np.abs(points.dynamic_stiffness[own]) == pytest.approx(true, rel=0.04)
+    assert np.abs(points.dynamic_stiffness[of_run]) == pytest.approx(true, rel=0.04)
     again = call("characterise", campaign, "--library", library, "--time-runs", "--replace")
     assert "->" not in again.output
 
@@ -108,9 +108,9 @@ def kept(two_sets, tmp_path_factory):
 def test_mounts_of_the_set_asked_for_are_in_the_library_with_their_surfaces(kept):
     library, output = kept
     with open_library(library) as opened:
-        found = opened.identities()
+        identities = opened.identities()
         strut = opened.load(opened.only(opened.identities(mount="TSM")))
-    assert [(one.mount, one.variant) for one in found] == [
+    assert [(identity.mount, identity.variant) for identity in identities] == [
         (mount, "M2") for mount in ("Du", "EnM", "GeM", "TSM")
     ]
     surface = strut.direction("x").surface
@@ -128,7 +128,7 @@ def test_mounts_that_are_there_are_exchanged_and_another_set_joins_if_asked(
     library.write_bytes(kept[0].read_bytes())
     call("characterise", two_sets, "--library", library, "--replace")
     with open_library(library) as opened:
-        assert {one.variant for one in opened.identities()} == {"M1", "M2"}
+        assert {identity.variant for identity in opened.identities()} == {"M1", "M2"}
 
 
 def test_mounts_that_are_there_are_refused_before_any_work(two_sets, kept, monkeypatch):

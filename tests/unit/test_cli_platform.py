@@ -26,14 +26,14 @@ LINES = 20.0 + 2.0 * np.arange(21)
 
 
 def made(folder, **changes):
-    asked = {
+    options = {
         "mounts": ("EnM", "Du=left,right"),
         "vehicles": ("wagon", "cabrio"),
         "group": "family",
         "load_cases": ("slow", "fast"),
         "files": FunctionFiles.uff,
     }
-    return new_folder(folder, FolderKind.platform, Names(**(asked | changes)))
+    return new_folder(folder, FolderKind.platform, Names(**(options | changes)))
 
 
 def fill_keys(folder):
@@ -111,12 +111,12 @@ def test_the_check_of_a_new_folder_asks_stage_by_stage_for_what_is_empty_and_not
 def test_the_folder_has_a_readme_that_names_each_file(tmp_path, files):
     folder = made(tmp_path / "mine", files=files)
     readme = (folder / "README.md").read_text(encoding="utf-8")
-    there = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    written = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
     expected = {"platform.toml", "mounts.xlsx", "channels.xlsx", "README.md"}
     functions = {f"noise_transfer/{name}.{files.value}" for name in ("wagon", "cabrio")}
     functions |= {f"operating/{name}.{files.value}" for name in ("slow", "fast")}
     has_header = files in (FunctionFiles.csv, FunctionFiles.xlsx)
-    assert there == expected | (functions if has_header else set())
+    assert written == expected | (functions if has_header else set())
     assert all(f"`{name}`" in readme for name in (expected | functions) - {"README.md"})
 
 
@@ -135,13 +135,13 @@ def test_every_kind_has_its_keys_in_comments_and_only_asks_for_what_to_fill_in(t
         for name in part.model_fields:
             assert re.search(rf"^(# )?(\[\[?)?{name}\b", text, flags=re.M), name
     missing = call("check", folder, code=2).stderr
-    asked = set(re.findall(r"key '(\w+)'[^:]* is missing", missing))
-    put = re.sub(rf"^# ((?:{'|'.join(asked)}) = .*# FILL IN)", r"\1", text, flags=re.M)
+    keys = set(re.findall(r"key '(\w+)'[^:]* is missing", missing))
+    put = re.sub(rf"^# ((?:{'|'.join(keys)}) = .*# FILL IN)", r"\1", text, flags=re.M)
     (folder / file).write_text(put, encoding="utf-8")
     # keys that others need, once the keys that are always needed are there
-    asked |= set(re.findall(r"needs the key '(\w+)'", call("check", folder, code=2).stderr))
+    keys |= set(re.findall(r"needs the key '(\w+)'", call("check", folder, code=2).stderr))
     marked = set(re.findall(r"^# (\w+) = .*# FILL IN", text, flags=re.M))
-    assert asked == marked - {"cylinders"}  # which an electric drive has not
+    assert keys == marked - {"cylinders"}  # which an electric drive has not
     put = re.sub(r"^# (\w+ = .*# FILL IN)", r"\1", text, flags=re.M)
     (folder / file).write_text(put, encoding="utf-8")
     load_toml(folder / file, model)
@@ -313,8 +313,10 @@ def test_frequency_axes_that_differ_are_told_file_by_file(tmp_path):
         path = folder / name
         write_uff(path, [replace(f, abscissa=LINES + 1.0) for f in read_uff(path)])
     faults = check_platform(folder).faults
-    assert len([one for one in faults if "line 1 is 20 Hz and 21 Hz" in one]) == len(faults) == 2
-    named = {name for one in faults for name in ("cabrio", "slow") if name in one}
+    assert (
+        len([fault for fault in faults if "line 1 is 20 Hz and 21 Hz" in fault]) == len(faults) == 2
+    )
+    named = {name for fault in faults for name in ("cabrio", "slow") if name in fault}
     assert named == {"cabrio", "slow"}
 
 
@@ -323,11 +325,11 @@ def scaled(factor, kind, files="*.uff"):
 
     def fault(folder):
         for path in folder.rglob(files):
-            there = [
+            functions = [
                 replace(f, values=factor * f.values) if f.ordinate == kind else f
                 for f in read_uff(path)
             ]
-            write_uff(path, there)
+            write_uff(path, functions)
 
     return fault
 
@@ -448,10 +450,10 @@ def test_check_and_coupled_motion_name_the_reversed_channel(shipped, tmp_path):
     (node,) = {row.node for row in rows if row.channel == "TSM z" and row.quantity == "force"}
     for path in (folder / "operating").glob("*.uff"):
         functions = [
-            replace(one, values=-one.values)
-            if (one.response_node, one.response_direction) == (node, "+z")
-            else one
-            for one in read_uff(path)
+            replace(function, values=-function.values)
+            if (function.response_node, function.response_direction) == (node, "+z")
+            else function
+            for function in read_uff(path)
         ]
         write_uff(path, functions, binary=True)
     sentences = call("check", folder, code=2).stderr.splitlines()

@@ -40,7 +40,7 @@ def sweep(name, hoses, pressure=7.5e5, frequency=None, channels=CHANNELS):
     )
 
 
-def found():
+def identified():
     """As much of an identification as the projection of channels needs."""
     matrix = np.random.default_rng(1).standard_normal((3, 6))
     frf = SimpleNamespace(outputs=CHANNELS, inputs=("I1",))
@@ -52,7 +52,7 @@ def found():
 
 def operating(*sweeps):
     def with_hoses(state):
-        return tuple(one for one in sweeps if one.hoses is state)
+        return tuple(sweep for sweep in sweeps if sweep.hoses is state)
 
     return SimpleNamespace(name="a test", sweeps=sweeps, with_hoses=with_hoses, hoses=HOSES)
 
@@ -73,7 +73,7 @@ def test_pairs_share_pressure_and_lines():
         sweep("standard", HoseState.STANDARD, pressure=7.52e5),
         sweep("standard, high", HoseState.STANDARD, pressure=13.5e5),
     )
-    (pair,) = sweep_pairs(operating(*sweeps), found(), (25.0, 50.0))
+    (pair,) = sweep_pairs(operating(*sweeps), identified(), (25.0, 50.0))
     assert (pair.soft_name, pair.standard_name) == ("soft", "standard")
     np.testing.assert_array_equal(pair.frequency, np.arange(25.0, 51.0))
 
@@ -81,14 +81,14 @@ def test_pairs_share_pressure_and_lines():
 def without_partner(**change):
     """Soft and standard sweeps of which the second differs from the first."""
     other = sweep("b", HoseState.STANDARD, **change)
-    return lambda: sweep_pairs(operating(sweep("a", HoseState.SOFT), other), found())
+    return lambda: sweep_pairs(operating(sweep("a", HoseState.SOFT), other), identified())
 
 
 MOVED = sweep("a", HoseState.SOFT, channels=("B1 x",))
 
 
 def evidence(with_hoses, band=(20, 50)):
-    return HammerEvidence(frf(), with_hoses, found(), band=band, largest_lines=20)
+    return HammerEvidence(frf(), with_hoses, identified(), band=band, largest_lines=20)
 
 
 def frf(inputs=("I1",), step=1.0):
@@ -105,7 +105,7 @@ def frf(inputs=("I1",), step=1.0):
         (without_partner(frequency=np.arange(20.5, 60)), "common lines"),
         (lambda: hose_matrices([], LINES), "no drawing of a hose"),
         (lambda: hose_matrices([SUCTION], [0.0]), "above 0 Hz"),
-        (lambda: motion_at_virtual_point(MOVED, found()), "sensors must stay where they"),
+        (lambda: motion_at_virtual_point(MOVED, identified()), "sensors must stay where they"),
         (lambda: evidence(frf(inputs=("I2",))), "strike the same points"),
         (lambda: evidence(frf(step=2.0)), "have other lines"),
         (lambda: evidence(frf(), band=(200, 250)), "no line between 200 and 250 Hz"),
@@ -118,4 +118,4 @@ def test_refused(what, words):
 
 def test_few_lines_show_no_hoses():
     few = sweep("a", HoseState.SOFT, frequency=np.arange(20.0, 30.0))
-    assert hoses_in_sweep(few, HOSES, found()) is None
+    assert hoses_in_sweep(few, HOSES, identified()) is None

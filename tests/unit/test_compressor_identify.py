@@ -46,34 +46,36 @@ def test(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def found(test):
+def identified(test):
     return identify(smaller(test), IdentifyOptions(largest_lines=30))
 
 
-def test_a_good_test_raises_no_alarm(found):
-    assert found.alarms == ()
-    assert found.calibrated.reduced_chi == pytest.approx(0.9, abs=0.15)
-    assert np.count_nonzero(found.fitted) == 30
-    assert found.rigid.is_rigid
-    assert "does not drift" in found.rigid.statement
-    assert misplaced(found.calibrated, found.test.tolerances) == ()
-    assert len(found.modes.frequency) == 6
+def test_a_good_test_raises_no_alarm(identified):
+    assert identified.alarms == ()
+    assert identified.calibrated.reduced_chi == pytest.approx(0.9, abs=0.15)
+    assert np.count_nonzero(identified.fitted) == 30
+    assert identified.rigid.is_rigid
+    assert "does not drift" in identified.rigid.statement
+    assert misplaced(identified.calibrated, identified.test.tolerances) == ()
+    assert len(identified.modes.frequency) == 6
 
 
-def test_held_out_lines_are_predicted(found):
-    (lines,) = found.held_out
+def test_held_out_lines_are_predicted(identified):
+    (lines,) = identified.held_out
     assert lines.what == "251 lines from 10.5 to 149.5 Hz"
     assert lines.reduced_chi == pytest.approx(0.9, abs=0.2)
     assert lines.relative_error < 0.02
 
 
-def test_held_out_lines_see_a_wrong_model(found):
+def test_held_out_lines_see_a_wrong_model(identified):
     """Mass 5 % off: the prediction misses by many times the noise."""
-    values = found.calibrated.values.copy()
+    values = identified.calibrated.values.copy()
     values[0] += 0.05
-    between = ~found.fitted & (found.raw.frf.frequency > 100)
-    right = hold_out_lines(found.calibrated, found.raw.select(between))
-    wrong = hold_out_lines(replace(found.calibrated, values=values), found.raw.select(between))
+    between = ~identified.fitted & (identified.raw.frf.frequency > 100)
+    right = hold_out_lines(identified.calibrated, identified.raw.select(between))
+    wrong = hold_out_lines(
+        replace(identified.calibrated, values=values), identified.raw.select(between)
+    )
     assert right.reduced_chi < ALARM < 3 * ALARM < wrong.reduced_chi
 
 
@@ -92,17 +94,17 @@ def limit_of_the_rigid_body(path, tolerance=0.03):
 
 def test_a_flexible_body_is_reported_with_the_limit_of_the_rigid_model(tmp_path):
     test = written(tmp_path, CompressorPlan(flexible_body=300.0))
-    found = identify(smaller(test), QUICK)
-    assert not found.rigid.is_rigid
+    identification = identify(smaller(test), QUICK)
+    assert not identification.rigid.is_rigid
     true_limit = limit_of_the_rigid_body(tmp_path / "test" / "truth" / "truth.npz")
-    assert found.rigid.holds_to == pytest.approx(true_limit, rel=0.2)
-    text = " ".join(found.alarms)
-    assert f"the rigid model holds to {found.rigid.holds_to:.0f} Hz" in text
+    assert identification.rigid.holds_to == pytest.approx(true_limit, rel=0.2)
+    text = " ".join(identification.alarms)
+    assert f"the rigid model holds to {identification.rigid.holds_to:.0f} Hz" in text
     assert "times the noise (alarm at 1.5)" in text
     truth = read_compressor_truth(tmp_path / "test").model
-    misses = quantities(found.calibrated.model).values - quantities(truth).values
+    misses = quantities(identification.calibrated.model).values - quantities(truth).values
     # without the residual term they are some 40 σ off, root mean square
-    score = misses / quantity_deviations(found.calibrated)
+    score = misses / quantity_deviations(identification.calibrated)
     assert np.sqrt(np.mean(score**2)) < 2.5
 
 
@@ -110,8 +112,10 @@ def test_a_place_beyond_its_tolerance_is_named(test):
     """A sensor 15 mm off its sheet is ten times the tolerance of 1.5 mm."""
     moved = smaller(test)
     off = replace(moved.sensors[2], position=moved.sensors[2].position + 0.015 * np.eye(3)[1])
-    found = identify(replace(moved, sensors=(*moved.sensors[:2], off, *moved.sensors[3:])), QUICK)
-    assert "Further from the sheet than its tolerances allow: A3" in " ".join(found.alarms)
+    identification = identify(
+        replace(moved, sensors=(*moved.sensors[:2], off, *moved.sensors[3:])), QUICK
+    )
+    assert "Further from the sheet than its tolerances allow: A3" in " ".join(identification.alarms)
 
 
 # ------------------------------------------------------------------ refusals
@@ -196,8 +200,10 @@ def test_functions_with_the_decay_of_a_window_are_refused(test):
         identify(windowed, QUICK)
 
 
-def test_hits_that_had_not_decayed_are_an_alarm(found):
-    doubtful = replace(found, test=replace(found.test, doubts=("49 % of the response is left",)))
+def test_hits_that_had_not_decayed_are_an_alarm(identified):
+    doubtful = replace(
+        identified, test=replace(identified.test, doubts=("49 % of the response is left",))
+    )
     assert doubtful.alarms == ("49 % of the response is left.",)
 
 

@@ -199,14 +199,14 @@ def test_the_limit_is_where_the_drift_reaches_the_tolerance(resonance, where):
     length = np.sqrt(np.trace(INERTIA) / (3 * 7.2))
     weight = np.outer(np.repeat([1.0, 1 / length], 3), np.repeat([1.0, 1 / length], 3))
     ratio = np.linalg.norm(weight * pattern) / np.linalg.norm(weight * MODEL.mass_matrix)
-    found = rigid_limit(MODEL, LINES, drifting(pattern, resonance))
+    drift_limit = rigid_limit(MODEL, LINES, drifting(pattern, resonance))
     # ratio · x/(1 − x) = 0.03 with x = (f/f_n)²
     expected = resonance * np.sqrt(0.03 / (0.03 + ratio))
     share = (150 / resonance) ** 2
-    assert found.drift == pytest.approx(ratio * share / (1 - share), rel=0.02)
-    assert found.holds_to == pytest.approx(expected, rel=0.02)
-    assert not found.is_rigid
-    assert f"holds to {found.holds_to:.0f} Hz" in found.statement
+    assert drift_limit.drift == pytest.approx(ratio * share / (1 - share), rel=0.02)
+    assert drift_limit.holds_to == pytest.approx(expected, rel=0.02)
+    assert not drift_limit.is_rigid
+    assert f"holds to {drift_limit.holds_to:.0f} Hz" in drift_limit.statement
 
 
 def test_noise_and_small_drift_count_as_rigid():
@@ -240,7 +240,7 @@ WORST_OF_9 = 2.539
 
 
 @pytest.mark.parametrize(
-    ("found", "bounds", "decision"),
+    ("number", "bounds", "decision"),
     [
         (measured(10 - Z95 - 1e-6), UPPER, Decision.PASS),
         (measured(10 - Z95 + 1e-6), UPPER, Decision.UNDECIDED),
@@ -263,11 +263,11 @@ WORST_OF_9 = 2.539
         (measured(1.0, doubt="a wet compressor"), UPPER, Decision.UNDECIDED),
     ],
 )
-def test_the_guard_band_lies_on_both_sides_of_a_bound(found, bounds, decision):
-    verdict = judge(found, bounds)
+def test_the_guard_band_lies_on_both_sides_of_a_bound(number, bounds, decision):
+    verdict = judge(number, bounds)
     assert verdict.decision is decision
     assert verdict.interval == pytest.approx((verdict.value - Z95, verdict.value + Z95))
-    assert verdict.doubt == found.doubt
+    assert verdict.doubt == number.doubt
 
 
 def test_the_line_next_to_its_limit_decides_a_band():
@@ -296,7 +296,7 @@ def test_the_part_is_as_good_as_its_worst_verdict():
         (lambda: measured(1.0, deviation=0.0), "deviations is 0.0: give a number above 0"),
         (lambda: judge(measured(1.0), UPPER, risk=0.5), "a risk of"),
         (lambda: overall([]), "can neither pass nor fail"),
-        (lambda: with_route(found(), "a"), "there is no route 'a': choose auto, d, e"),
+        (lambda: with_route(unbalance_source(), "a"), "there is no route 'a': choose auto, d, e"),
     ],
 )
 def test_bad_input_is_refused(build, words):
@@ -304,7 +304,7 @@ def test_bad_input_is_refused(build, words):
         build()
 
 
-def found(
+def unbalance_source(
     *,
     hoses=HoseState.SOFT,
     share=0.0,
@@ -325,7 +325,7 @@ def found(
         remaining_chi=chi,
         residual_bands=(ResidualBand(90.0, 120.0, share, 5.0 if share else 1.0),),
     )
-    routes, one = (CALIBRATED_MEASUREMENT, UPDATED), (SimpleNamespace(sweep="one"),)
+    routes, single_sweep = (CALIBRATED_MEASUREMENT, UPDATED), (SimpleNamespace(sweep="one"),)
     fit = SimpleNamespace(converged=converged)
     sweeps = (
         SimpleNamespace(name="one", hoses=hoses),
@@ -337,7 +337,10 @@ def found(
         UnbalanceOptions(routes=routes, chosen=route),
         (),
         None,
-        tuple(SimpleNamespace(sources=sources, sweeps=one, route=each, fit=fit) for each in routes),
+        tuple(
+            SimpleNamespace(sources=sources, sweeps=single_sweep, route=each, fit=fit)
+            for each in routes
+        ),
         SimpleNamespace(changed=changed),
         (),
         (),
@@ -346,13 +349,13 @@ def found(
 
 
 def test_the_size_of_an_unbalance_with_its_worst_direction():
-    measured = unbalance_characteristic(found(), STATIC)
+    measured = unbalance_characteristic(unbalance_source(), STATIC)
     assert measured.values.tolist() == [5.0]
     # largest eigenvalue of [[4, 1.5], [1.5, 1]]
     assert measured.deviations == pytest.approx([np.sqrt(2.5 + np.sqrt(4.5))])
     assert measured.is_radius
     assert measured.doubt == ""
-    assert unbalance_characteristic(found(), DYNAMIC).deviations.tolist() == [3.0]
+    assert unbalance_characteristic(unbalance_source(), DYNAMIC).deviations.tolist() == [3.0]
 
 
 @pytest.mark.parametrize(
@@ -367,9 +370,9 @@ def test_the_size_of_an_unbalance_with_its_worst_direction():
     ],
 )
 def test_what_makes_it_prove_nothing(state, words):
-    assert words in unbalance_characteristic(found(**state), STATIC).doubt
+    assert words in unbalance_characteristic(unbalance_source(**state), STATIC).doubt
     # a measured route does not need the refuted model
-    assert unbalance_characteristic(found(alarms=("a subframe",)), STATIC).doubt == ""
+    assert unbalance_characteristic(unbalance_source(alarms=("a subframe",)), STATIC).doubt == ""
 
 
 def identified(alarms=()):
@@ -379,8 +382,8 @@ def identified(alarms=()):
     inertia = np.diag([0.0158, 0.0291, 0.0302])
     values = parameters.values_of(CompressorModel(7.2, np.zeros(3), inertia, stiffness, gain))
     covariance = np.diag(np.maximum(0.01 * np.abs(values), 1e-6) ** 2)
-    known = SelfCalibration(parameters, values, None, np.zeros(0), covariance, 1.0, True)
-    return SimpleNamespace(calibrated=known, alarms=alarms, options=IdentifyOptions())
+    calibrated = SelfCalibration(parameters, values, None, np.zeros(0), covariance, 1.0, True)
+    return SimpleNamespace(calibrated=calibrated, alarms=alarms, options=IdentifyOptions())
 
 
 def limit(direction="x", band=(20.0, 20.0)):
@@ -390,24 +393,24 @@ def limit(direction="x", band=(20.0, 20.0)):
 def test_the_stiffness_at_the_reference_line():
     """There Re v is 1, so that |K| is K times |v|, and only K and v's loss are uncertain."""
     kept = identified()
-    found = stiffness_characteristic(kept, limit("rz"))
+    characteristic = stiffness_characteristic(kept, limit("rz"))
     model = kept.calibrated.model
     size = abs(model.gain.at([20.0])[0]) * model.stiffness[5, 5]
-    assert found.values == pytest.approx([size])
-    assert found.values[0] > model.gain.real.at(20.0) * model.stiffness[5, 5]
-    assert 0.01 <= found.deviations[0] / found.values[0] < 0.02
+    assert characteristic.values == pytest.approx([size])
+    assert characteristic.values[0] > model.gain.real.at(20.0) * model.stiffness[5, 5]
+    assert 0.01 <= characteristic.deviations[0] / characteristic.values[0] < 0.02
 
 
 def test_the_deviation_is_that_of_drawn_parameters():
     kept = identified()
-    found = stiffness_characteristic(kept, limit("y", (15.0, 60.0)))
-    rng, known, drawn = np.random.default_rng(3), kept.calibrated, []
+    characteristic = stiffness_characteristic(kept, limit("y", (15.0, 60.0)))
+    rng, calibrated, drawn = np.random.default_rng(3), kept.calibrated, []
     for _ in range(400):
-        model = known.parametrisation.model(
-            known.values + rng.standard_normal(35) * np.sqrt(np.diag(known.covariance))
+        model = calibrated.parametrisation.model(
+            calibrated.values + rng.standard_normal(35) * np.sqrt(np.diag(calibrated.covariance))
         )
-        drawn.append(np.abs(model.gain.at(found.lines)) * model.stiffness[1, 1])
-    assert found.deviations == pytest.approx(np.std(drawn, axis=0), rel=0.2)
+        drawn.append(np.abs(model.gain.at(characteristic.lines)) * model.stiffness[1, 1])
+    assert characteristic.deviations == pytest.approx(np.std(drawn, axis=0), rel=0.2)
 
 
 def test_an_alarm_or_a_band_beyond_the_fitted_lines_proves_nothing():
@@ -446,7 +449,7 @@ def test_values_have_the_units_of_a_drawing():
 
 def test_what_is_open_comes_with_what_would_decide_it():
     table = open_points(VERDICTS).set_index("not decided")["what would decide it"]
-    assert list(table.index) == [DYNAMIC, *(one.name for one in VERDICTS[3:])]
+    assert list(table.index) == [DYNAMIC, *(verdict.name for verdict in VERDICTS[3:])]
     # the guard band of 13.2 must shrink to the 7 that are left, by the mean of (13.2/7)² set-ups
     assert table[DYNAMIC].startswith("A guard band of ± 7 g mm² instead of ± 13")
     assert "mean of 4 set-ups" in table[DYNAMIC]
@@ -466,8 +469,8 @@ def test_what_is_open_comes_with_what_would_decide_it():
     ],
 )
 def test_mounts_are_updated_only_where_nothing_else_can_look_like_them(state, letter):
-    assert with_route(found(**state), AUTOMATIC).chosen.route.letter == letter
-    assert with_route(found(**state), "e").chosen.route.letter == "e"
+    assert with_route(unbalance_source(**state), AUTOMATIC).chosen.route.letter == letter
+    assert with_route(unbalance_source(**state), "e").chosen.route.letter == "e"
 
 
 @pytest.mark.parametrize(
@@ -475,7 +478,7 @@ def test_mounts_are_updated_only_where_nothing_else_can_look_like_them(state, le
 )
 def test_mounts_are_not_judged_with_hoses_in_the_data(state, changed):
     measured = MeasuredUnbalance(
-        with_route(found(**state), "d"), None, None, (), None, (), None, 0.0
+        with_route(unbalance_source(**state), "d"), None, None, (), None, (), None, 0.0
     )
     assert measured.mounts_changed == changed
     if changed == "unknown":

@@ -52,7 +52,8 @@ def error_summary(noise):
 
 def case(*sweeps):
     bands = tuple(
-        NoiseBand(*(one.level(one.total) + off for off in (-1, 1, -1, 1))) for one in sweeps
+        NoiseBand(*(sweep_name.level(sweep_name.total) + off for off in (-1, 1, -1, 1)))
+        for sweep_name in sweeps
     )
     return CarNoise("EV", 1, sweeps, bands, (), 1.0)
 
@@ -100,8 +101,8 @@ def test_a_ranking_without_lines_of_a_band_leaves_it_out():
 
 
 def test_a_ranking_tells_who_works_against_the_others():
-    one = sweep(HoseState.STANDARD, hose=-0.5)
-    table = ranking(one).set_index(["band", "point"])
+    opposed = sweep(HoseState.STANDARD, hose=-0.5)
+    table = ranking(opposed).set_index(["band", "point"])
     part = table["part of the sound [%]"]
     assert part.groupby("band").sum().to_numpy() == pytest.approx(100)
     assert part.groupby("band").is_monotonic_decreasing.all()

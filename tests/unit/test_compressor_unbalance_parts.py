@@ -26,7 +26,7 @@ def sweep(name="soft", hoses=HoseState.SOFT, lines=LINES):
 def operating_test(*sweeps):
     """Make a test as far as the choice of sweeps sees it."""
     return SimpleNamespace(
-        name="test", with_hoses=lambda state: tuple(one for one in sweeps if one.hoses is state)
+        name="test", with_hoses=lambda state: tuple(each for each in sweeps if each.hoses is state)
     )
 
 
@@ -37,8 +37,8 @@ def test_unknowns_that_nothing_tells_apart_go_together():
 def test_changes_of_the_mounts():
     mounts = np.ones((LINES.size, 6, 6), complex) * (2 + 1j)
     still = np.zeros((LINES.size, 6), complex)
-    one = ONE_FACTOR.matrices(LINES, mounts, still)
-    np.testing.assert_allclose(np.tensordot([-0.1, 0.2], one, axes=1), (-0.1 + 0.2j) * mounts)
+    matrices = ONE_FACTOR.matrices(LINES, mounts, still)
+    np.testing.assert_allclose(np.tensordot([-0.1, 0.2], matrices, axes=1), (-0.1 + 0.2j) * mounts)
     factor = FactorOverFrequency(knots=(20.0, 100.0))
     basis = factor.basis(np.array([10.0, 20.0, 60.0, 100.0, 150.0]))
     np.testing.assert_allclose(basis[0], 1)
@@ -51,13 +51,13 @@ def test_changes_of_the_mounts():
 def test_soft_sweeps_come_first():
     soft, standard = sweep(), sweep("standard", HoseState.STANDARD)
     used, notices = sweeps_of(operating_test(standard, soft), None)
-    assert [one.name for one in used] == ["soft"]
+    assert [used_sweep.name for used_sweep in used] == ["soft"]
     assert notices == []
     used, notices = sweeps_of(operating_test(standard), None)
-    assert [one.name for one in used] == ["standard"]
+    assert [used_sweep.name for used_sweep in used] == ["standard"]
     assert "no sweep with soft hoses" in notices[0]
     used, notices = sweeps_of(operating_test(standard, soft), HoseState.STANDARD)
-    assert [one.name for one in used] == ["standard"]
+    assert [used_sweep.name for used_sweep in used] == ["standard"]
     assert notices == []
     with pytest.raises(InputError, match="no sweep with soft hoses"):
         sweeps_of(operating_test(standard), HoseState.SOFT)
@@ -76,14 +76,14 @@ def test_lines_outside_of_the_hammer_test_are_left_out_and_said():
 
 def test_alarms_name_one_cause():
     state = SimpleNamespace(changed=True, statement="changed")
-    found = SimpleNamespace(residual_bands=(), reduced_chi=1.0, remaining_chi=1.0)
-    assert load_alarms((sweep(),), found, 0.0, state) == ("changed",)
-    state.changed, found.reduced_chi = False, 7.0
-    assert "by some 3.0% per direction" in load_alarms((sweep(),), found, 0.03, state)[0]
-    found.remaining_chi = 5.0
-    assert "5.0 times their noise" in load_alarms((sweep(),), found, 0.03, state)[0]
-    found.residual_bands, state.changed = (ResidualBand(90, 120, 0.08, 6.0),), True
-    assert len(load_alarms((sweep(),), found, 0.03, state)) == 1
+    solution = SimpleNamespace(residual_bands=(), reduced_chi=1.0, remaining_chi=1.0)
+    assert load_alarms((sweep(),), solution, 0.0, state) == ("changed",)
+    state.changed, solution.reduced_chi = False, 7.0
+    assert "by some 3.0% per direction" in load_alarms((sweep(),), solution, 0.03, state)[0]
+    solution.remaining_chi = 5.0
+    assert "5.0 times their noise" in load_alarms((sweep(),), solution, 0.03, state)[0]
+    solution.residual_bands, state.changed = (ResidualBand(90, 120, 0.08, 6.0),), True
+    assert len(load_alarms((sweep(),), solution, 0.03, state)) == 1
 
 
 def test_a_confidence_is_no_certainty():

@@ -26,10 +26,10 @@ def exists(name):
     """Whether a name is found in a module of that name in some package, attribute by attribute."""
     module, *attributes = name.split(".")
     for path in (ROOT / "src" / "deboom").glob(f"*/{module}.py"):
-        found = importlib.import_module(f"deboom.{path.parent.name}.{module}")
+        target = importlib.import_module(f"deboom.{path.parent.name}.{module}")
         for attribute in attributes:
-            found = getattr(found, attribute, None)
-        if found is not None:
+            target = getattr(target, attribute, None)
+        if target is not None:
             return True
     return False
 

@@ -18,7 +18,7 @@ from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import ALGORITHMS, RobustProblem, Until, nsga2, search, searched
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
-from known_truth import exact_front, quad2
+from samples.known_truth import exact_front, quad2
 
 MODEL = quad2(4, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)
@@ -193,8 +193,8 @@ def test_three_objectives_are_searched_and_merged():
 
 def test_the_default_is_nsga2_bit_for_bit():
     assert search.__kwdefaults__["algorithm"] == "nsga2"
-    one, other = nsga2(ROBUST, 12, 3, seed=1), searched(ROBUST, population=12, generations=3)
-    np.testing.assert_array_equal(one.evaluated.objectives, other.evaluated.objectives)
+    default, other = nsga2(ROBUST, 12, 3, seed=1), searched(ROBUST, population=12, generations=3)
+    np.testing.assert_array_equal(default.evaluated.objectives, other.evaluated.objectives)
 
 
 # objectives, limits and weights of a user
@@ -226,7 +226,7 @@ def test_every_kind_of_objective_is_what_it_says():
 
 def test_weights_count_the_responses_and_keep_the_size_of_a_sum():
     whole = replace(ROBUST, weights=[3.0, 1.0])
-    values, plain = (one(SPACE.nominal[np.newaxis]) for one in (whole, ROBUST))
+    values, plain = (response(SPACE.nominal[np.newaxis]) for response in (whole, ROBUST))
     np.testing.assert_allclose(values.mean_sum, plain.mean @ [1.5, 0.5])
     np.testing.assert_allclose(values.sigma_sum, plain.sigma @ [1.5, 0.5])
     np.testing.assert_allclose(values.objectives[0], [values.mean_sum[0], values.sigma_sum[0]])

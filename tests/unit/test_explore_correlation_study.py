@@ -35,11 +35,13 @@ def test_correlations_refuse_bad_input(values, options, sentence):
 
 
 def test_the_interval_is_that_of_resampled_designs():
-    one = correlations(VALUES, NAMES, seed=1, resamples=100)
+    few_resamples = correlations(VALUES, NAMES, seed=1, resamples=100)
     times = generator(1, "correlation bootstrap").multinomial(30, np.full(30, 1 / 30), size=100)
     each = [np.corrcoef(np.repeat(VALUES, n, axis=0), rowvar=False) for n in times]
     low, high = np.quantile(each, [0.025, 0.975], axis=0)
-    np.testing.assert_allclose([one.pearson_low, one.pearson_high], [low, high], atol=1e-12)
+    np.testing.assert_allclose(
+        [few_resamples.pearson_low, few_resamples.pearson_high], [low, high], atol=1e-12
+    )
 
 
 def test_a_design_that_cannot_be_made_in_all_draws_has_no_scatter():
@@ -64,5 +66,5 @@ def test_families_refuse_bad_input_and_number_their_members():
         families("a", np.ones((1, 1)))
     with pytest.raises(InputError, match="a correlation between 0 and 1"):
         families("ab", np.eye(2), cut=1.0)
-    found = families("abc", np.array([[1, 0.2, 0.95], [0.2, 1, 0.1], [0.95, 0.1, 1]]))
-    assert [found.number(name) for name in "abc"] == [1, 2, 1]
+    grouped = families("abc", np.array([[1, 0.2, 0.95], [0.2, 1, 0.1], [0.95, 0.1, 1]]))
+    assert [grouped.number(name) for name in "abc"] == [1, 2, 1]

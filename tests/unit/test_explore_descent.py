@@ -13,7 +13,7 @@ from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
 from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
 from deboom.explore.search import nsga2, searched
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
-from known_truth import WithSlopes, quad2
+from samples.known_truth import WithSlopes, quad2
 
 MODEL = WithSlopes(quad2(4, seed=1))
 SPACE = stiffness_factor_space(MODEL.variable_names)

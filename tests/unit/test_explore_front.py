@@ -31,7 +31,7 @@ from deboom.explore.robust import Robust, RobustValues
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
-from known_truth import exp1, quad2
+from samples.known_truth import exp1, quad2
 
 
 def values(objectives, designs=None, failed=None):
@@ -67,8 +67,8 @@ def test_equal_designs_leave_one_and_order_does_not_matter():
     designs = [[5.0], [4.0], [3.0], [1.0], [2.0]]
     expected = [[4.0], [1.0], [3.0]]
     for order in ([0, 1, 2, 3, 4], [4, 3, 2, 1, 0], [1, 4, 0, 3, 2]):
-        one = values(np.array(rows)[order], np.array(designs)[order])
-        np.testing.assert_array_equal(pareto_front(one).designs, expected)
+        kept = values(np.array(rows)[order], np.array(designs)[order])
+        np.testing.assert_array_equal(pareto_front(kept).designs, expected)
         parts = [values(np.array(rows)[[i]], np.array(designs)[[i]]) for i in order]
         np.testing.assert_array_equal(pareto_front(*parts).designs, expected)
         np.testing.assert_array_equal(
@@ -150,9 +150,9 @@ def test_of_three_objectives_the_best_of_each_stays_and_few_points_hold_the_volu
     draw = np.random.default_rng(1).normal(size=(300, 3))
     points = 1.0 - np.abs(draw) / np.linalg.norm(draw, axis=1)[:, np.newaxis]
     sums = np.zeros(300)
-    one = np.zeros((300, 1))
+    no_design = np.zeros((300, 1))
     every = RobustValues(
-        points, one, one, sums, sums, sums, sums, np.zeros(300, bool), objectives=points
+        points, no_design, no_design, sums, sums, sums, sums, np.zeros(300, bool), objectives=points
     )
     front = pareto_front(every)
     few = thinned(front, 40)
@@ -248,7 +248,9 @@ def test_the_noise_of_a_difference_by_hand():
     noise = 9.92484 * 20.0 / np.sqrt(3)
     assert row.tolist() == [pytest.approx(30.0), pytest.approx(noise, rel=1e-5), "not decided"]
     spread = np.arange(3.0)[:, None]
-    thrice = [Contestant(one.name, one.merit[:1] + spread, np.zeros(3)) for one in (first, pair)]
+    thrice = [
+        Contestant(front.name, front.merit[:1] + spread, np.zeros(3)) for front in (first, pair)
+    ]
     assert difference(*thrice).verdict is FrontVerdict.noise
     assert "3 seeds of each" in difference(first, pair).text
 
@@ -290,8 +292,8 @@ def vehicles(*each):
 
 def test_picks_that_keep_what_today_has():
     today = vehicles((10, 10, 4))
-    found = vehicles((2, 11, 5), (6, 9, 5), (7, 9, 4), (9, 9.5, 3), (12, 12, 1))
-    assert selection.pick(found, today) == {
+    picked = vehicles((2, 11, 5), (6, 9, 5), (7, 9, 4), (9, 9.5, 3), (12, 12, 1))
+    assert selection.pick(picked, today) == {
         "best-mean": 0,
         "none-louder": 1,
         "sigma-kept": 2,
@@ -348,8 +350,8 @@ def exact(function, n_responses=2):
 
 def steep_flat_none_oneway(designs):
     a, b, _, d = designs.T
-    one = 10.0 * a + 0.1 * b + np.where(d > 1.0, 20.0 * (d - 1.0), 0.0)
-    return np.column_stack([one, one])
+    response_1 = 10.0 * a + 0.1 * b + np.where(d > 1.0, 20.0 * (d - 1.0), 0.0)
+    return np.column_stack([response_1, response_1])
 
 
 def test_indifference_intervals_in_closed_form():
@@ -361,9 +363,9 @@ def test_indifference_intervals_in_closed_form():
 
 
 def test_the_change_is_counted_per_response():
-    one = exact(lambda designs: 10.0 * designs[:, :1], n_responses=1)
+    single = exact(lambda designs: 10.0 * designs[:, :1], n_responses=1)
     three = exact(lambda designs: np.repeat(10.0 * designs[:, :1], 3, axis=1), n_responses=3)
-    for response in (one, three):
+    for response in (single, three):
         lower, upper = selection.indifference_intervals(response, np.full(4, 1.013), change=0.7)
         np.testing.assert_allclose([lower[0], upper[0]], [0.943, 1.083], atol=1e-12)
 

@@ -23,7 +23,7 @@ from deboom.explore.scatter import (
 from deboom.explore.search import nsga2
 from deboom.explore.selection import pick
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
-from known_truth import quad2
+from samples.known_truth import quad2
 
 SPACE = stiffness_factor_space(("a", "b"))
 DRAWS = ToleranceSample(np.array([[-1.0, 0.5], [0.0, -2.0], [1.0, 1.0]]), "by hand", seed=1)
@@ -59,8 +59,8 @@ def test_standard_error_of_sigma_by_hand():
     answers = np.array([1.0, 2.0, 4.0, 9.0])
     draws = ToleranceSample(answers[:, None], "by hand", seed=1)
     space = stiffness_factor_space(("a",), tolerance=0.3)
-    one = ResponseFunction(lambda designs: designs, ("a",), ("u",), "1")
-    values = Robust(one, space, draws)(np.array([[1.0]]))
+    response = ResponseFunction(lambda designs: designs, ("a",), ("u",), "1")
+    values = Robust(response, space, draws)(np.array([[1.0]]))
     made = 1.0 + 0.1 * answers
     variance = made.var(ddof=1)
     influence = ((made - made.mean()) ** 2 - variance) / (2.0 * np.sqrt(variance))

@@ -19,7 +19,7 @@ from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust, Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import FAILED_OBJECTIVE, RobustProblem, merge, nsga2
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
-from known_truth import quad2
+from samples.known_truth import quad2
 
 MODEL = quad2(4, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)
@@ -57,7 +57,7 @@ class _Recording(RobustEvaluation):
     """A robust response that remembers what it was asked, and stops when told to."""
 
     def __init__(self, robust, stop_at=None):
-        self.robust, self.asked, self.stop_at = robust, [], stop_at
+        self.robust, self.evaluated, self.stop_at = robust, [], stop_at
 
     @property
     def space(self):
@@ -68,9 +68,9 @@ class _Recording(RobustEvaluation):
         return self.robust.limits
 
     def __call__(self, designs):
-        if len(self.asked) == self.stop_at:
+        if len(self.evaluated) == self.stop_at:
             raise Killed
-        self.asked.append(designs.copy())
+        self.evaluated.append(designs.copy())
         return self.robust(designs)
 
 
@@ -98,13 +98,13 @@ class _Memory:
         return self.evaluations.get(number)
 
 
-def same(one, other):
-    for values, others in ((one.front, other.front), (one.evaluated, other.evaluated)):
+def same(first, other):
+    for values, others in ((first.front, other.front), (first.evaluated, other.evaluated)):
         for field in fields(values):
             np.testing.assert_array_equal(getattr(values, field.name), getattr(others, field.name))
-    for field in fields(one):
+    for field in fields(first):
         if field.name not in ("front", "evaluated", "seconds"):
-            np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
+            np.testing.assert_array_equal(getattr(first, field.name), getattr(other, field.name))
 
 
 def test_the_example_in_the_docstring_holds():
@@ -174,12 +174,12 @@ def test_the_archive_never_gets_worse_and_holds_every_design_that_was_best():
     result = nsga2(recording, 20, 10, seed=1)
     assert np.all(np.diff(result.hypervolume) >= 0.0)
     assert result.hypervolume[-1] > 1.05 * result.hypervolume[0]
-    everything = ROBUST(np.vstack(recording.asked))
+    everything = ROBUST(np.vstack(recording.evaluated))
     best = everything.objectives[nondominated(everything.objectives)]
     np.testing.assert_array_equal(result.front.objectives, best[np.argsort(best[:, 0])])
     assert np.all(everything.designs >= SPACE.lower)
     assert np.all(everything.designs <= SPACE.upper)
-    first = ROBUST(recording.asked[0]).objectives
+    first = ROBUST(recording.evaluated[0]).objectives
     np.testing.assert_array_equal(result.reference_point, first.max(axis=0))
 
 
@@ -207,9 +207,9 @@ def test_a_fixed_variable_stays_where_it_is():
 def test_the_first_generation_is_the_one_given_and_stays_as_it_was():
     recording, given = _Recording(ROBUST), FIRST.copy()
     nsga2(recording, 8, 3, seed=1, first_population=given)
-    assert np.array_equal(recording.asked[0], FIRST)
+    assert np.array_equal(recording.evaluated[0], FIRST)
     assert np.array_equal(given, FIRST)
-    assert not np.array_equal(recording.asked[1], FIRST)
+    assert not np.array_equal(recording.evaluated[1], FIRST)
 
 
 @pytest.mark.parametrize(
@@ -241,7 +241,7 @@ def test_killed_after_any_generation_the_result_is_the_same(robust):
         assert len(store.evaluations) == until
         again = _Recording(robust)
         same(nsga2(again, 20, 12, seed=3, checkpoint=store), whole)
-        assert len(again.asked) == 12 - until
+        assert len(again.evaluated) == 12 - until
 
 
 def test_every_design_is_kept_with_its_responses_and_more_generations_follow():
@@ -271,17 +271,17 @@ def test_every_design_is_kept_with_its_responses_and_more_generations_follow():
 )
 def test_what_was_kept_of_another_search_is_refused_by_name(changes, words):
     store = _Memory()
-    asked = {"population": 8, "seed": 3, "first_population": FIRST, "checkpoint": store}
-    nsga2(ROBUST, generations=2, **asked)
+    options = {"population": 8, "seed": 3, "first_population": FIRST, "checkpoint": store}
+    nsga2(ROBUST, generations=2, **options)
     names = changes.pop("names", SPACE.names)
     model = ResponseFunction(MODEL, names, MODEL.response_names, "1")
     robust = Robust(model, stiffness_factor_space(names), SAMPLE)
     if "population" in changes:
         changes = {**changes, "first_population": np.tile(FIRST, (3, 1))}
     with pytest.raises(InputError, match=words):
-        nsga2(robust, generations=4, **{**asked, **changes})
+        nsga2(robust, generations=4, **{**options, **changes})
     whole = nsga2(ROBUST, 8, 4, seed=3, first_population=FIRST)
-    same(nsga2(ROBUST, generations=4, **asked), whole)
+    same(nsga2(ROBUST, generations=4, **options), whole)
 
 
 def test_the_front_keeps_all_limits_and_the_others_are_kept_with_their_excess():
@@ -377,14 +377,14 @@ def test_every_design_has_whole_numbers_within_their_bounds_evenly_drawn_at_firs
     recording = _Recording(MIXED)
     nsga2(recording, 600, 2, seed=1)
     nsga2(recording, 20, 15, seed=1)
-    asked = np.concatenate(recording.asked)
-    whole = asked[:, :3]
+    designs = np.concatenate(recording.evaluated)
+    whole = designs[:, :3]
     np.testing.assert_array_equal(whole, np.floor(whole))
     assert np.all((whole >= MIXED_SPACE.lower[:3]) & (whole <= MIXED_SPACE.upper[:3]))
     assert all(set(whole[:, k]) == set(range(count)) for k, count in enumerate(OPTIONS))
-    assert len(np.unique(asked[:, 3])) > 100
+    assert len(np.unique(designs[:, 3])) > 100
     for k, count in enumerate(OPTIONS):
-        share = np.bincount(recording.asked[0][:, k].astype(int), minlength=count) / 600
+        share = np.bincount(recording.evaluated[0][:, k].astype(int), minlength=count) / 600
         np.testing.assert_allclose(share, 1 / count, atol=4 * np.sqrt(1 / count / 600))
 
 
@@ -392,8 +392,8 @@ def test_the_front_of_options_alone_is_that_of_all_sets():
     fixed = replace(MIXED_SPACE, lower=np.array([0, 0, 0, 1, 1]), upper=np.array([4, 3, 5, 1, 1]))
     robust = replace(MIXED, space=fixed)
     truth = pareto_front(robust(np.hstack([SETS, np.ones((len(SETS), 2))])))
-    found = nsga2(robust, 20, 40, seed=1).front
-    np.testing.assert_array_equal(found.designs, truth.designs)
+    front = nsga2(robust, 20, 40, seed=1).front
+    np.testing.assert_array_equal(front.designs, truth.designs)
 
 
 def test_every_pair_of_parents_exchanges_its_own_options():

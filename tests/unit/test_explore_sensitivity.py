@@ -19,7 +19,7 @@ from deboom.explore.sensitivity import (
     tolerance_inputs,
 )
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
-from known_indices import SobolG
+from samples.known_indices import SobolG
 
 G = SobolG((0.0, 1.0, 9.0))
 DESIGNS = sobol_designs(G.inputs, 16, seed=1)
@@ -96,10 +96,10 @@ def test_the_same_seed_gives_the_same_bits_and_more_points_begin_alike():
     assert np.array_equal(sobol_designs(G.inputs, 16, seed=1), DESIGNS)
     assert np.array_equal(sobol_designs(G.inputs, 64, seed=1)[: len(DESIGNS)], DESIGNS)
     assert not np.array_equal(sobol_designs(G.inputs, 16, seed=2), DESIGNS)
-    one, two = (sobol_indices(VALUES, G.inputs.names, OUTPUTS, seed=3) for _ in range(2))
-    assert np.array_equal(one.total_interval, two.total_interval)
+    first, two = (sobol_indices(VALUES, G.inputs.names, OUTPUTS, seed=3) for _ in range(2))
+    assert np.array_equal(first.total_interval, two.total_interval)
     alone = sobol_indices(VALUES[:, :1], G.inputs.names, OUTPUTS[:1], seed=3)
-    assert np.array_equal(alone.total[:, 0], one.total[:, 0])
+    assert np.array_equal(alone.total[:, 0], first.total[:, 0])
 
 
 def test_groups_are_factors_in_the_order_they_appear():
@@ -142,12 +142,12 @@ def test_named_analyses_say_what_varies():
 def test_an_index_within_its_interval_is_zero():
     random = np.random.default_rng(2)
     noise = np.hstack([G(DESIGNS) + 1e-3 * random.normal(size=(80, 1))])
-    found = sobol_indices(VALUES, G.inputs.names, OUTPUTS, seed=1)
-    assert not found.zero[:2].any()
+    indices = sobol_indices(VALUES, G.inputs.names, OUTPUTS, seed=1)
+    assert not indices.zero[:2].any()
     inert = sobol_indices(DESIGNS[:, :1], G.inputs.names, ["y"], seed=1)
     assert inert.zero[:, 0].tolist() == [False, True, True]
     assert inert.total[1:, 0].tolist() == [0.0, 0.0]
-    assert sobol_indices(noise, G.inputs.names, ["y"], seed=1).total[0, 0] != found.total[0, 0]
+    assert sobol_indices(noise, G.inputs.names, ["y"], seed=1).total[0, 0] != indices.total[0, 0]
 
 
 ISHIGAMI = ResponseFunction(
@@ -161,12 +161,12 @@ CUBE = DesignSpace(
 
 
 def test_second_order_indices_and_groups_of_the_ishigami_function():
-    found = deboom.sobol(ISHIGAMI, CUBE, n=4096, second_order=True)
-    pairs = found.pair_table.set_index(["variable", "with"])["second [1]"]
+    indices = deboom.sobol(ISHIGAMI, CUBE, n=4096, second_order=True)
+    pairs = indices.pair_table.set_index(["variable", "with"])["second [1]"]
     assert pairs["x1", "x3"] == pytest.approx(0.2437, abs=0.02)
     assert abs(pairs["x1", "x2"]) < 0.02
-    assert found.table["first [1]"].tolist() == pytest.approx([0.3139, 0.4424, 0.0], abs=0.02)
-    assert found.problem["names"] == ["x1", "x2", "x3"]
+    assert indices.table["first [1]"].tolist() == pytest.approx([0.3139, 0.4424, 0.0], abs=0.02)
+    assert indices.problem["names"] == ["x1", "x2", "x3"]
     grouped = deboom.sobol(ISHIGAMI, CUBE, n=4096, groups={"both": ["x1", "x3"]}).table
     assert grouped.set_index("variable")["total [1]"].to_dict() == pytest.approx(
         {"both": 0.5576, "x2": 0.4424}, abs=0.02

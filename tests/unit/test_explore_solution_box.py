@@ -10,8 +10,8 @@ from deboom.errors import InputError
 from deboom.explore import largest_box
 from deboom.explore.box import Box, BoxQuestion, lower_bound, smooth_share, verified_share
 from deboom.explore.space import ResponseFunction, sobol_points
-from known_boxes import LinearProblem, QuadraticProblem
-from known_truth import quad2
+from samples.known_boxes import LinearProblem, QuadraticProblem
+from samples.known_truth import quad2
 
 QUICK = largest_box.BoxEffort(
     starts=1, coarse=((0.5, 256),), fine=((0.15, 512),), calibration=8192, verification=8192
@@ -61,12 +61,12 @@ def test_a_hard_step_is_the_limit_of_the_smooth_share():
 def test_a_variable_without_effect_gets_its_bounds_and_one_that_is_held_stays():
     said = []
     ask = partial(largest_box.largest_box, seed=1, effort=QUICK)
-    found = ask(linear(), progress=lambda *step: said.append(step[:2]))
+    largest = ask(linear(), progress=lambda *step: said.append(step[:2]))
     assert said == [(number, 4) for number in (1, 2, 3, 4)]
-    assert found.box.lower[2] == 0.0
-    assert found.box.upper[2] == pytest.approx(2.0)
-    assert found.box.lower[:2] == pytest.approx([0.0, 0.0], abs=1e-9)
-    assert np.all(found.start_log_volumes > found.question.log_volume(found.box))
+    assert largest.box.lower[2] == 0.0
+    assert largest.box.upper[2] == pytest.approx(2.0)
+    assert largest.box.lower[:2] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert np.all(largest.start_log_volumes > largest.question.log_volume(largest.box))
     held = linear(lower=np.array([0.0, 0.3, 0.0]), upper=np.array([2.0, 0.3, 2.0]))
     box = ask(held).box
     assert (box.lower[1], box.upper[1]) == (0.3, 0.3)
@@ -74,8 +74,8 @@ def test_a_variable_without_effect_gets_its_bounds_and_one_that_is_held_stays():
 
 
 def test_a_dear_interval_is_wider():
-    asked = (linear(weight=np.array([w, 1.0, 1.0])) for w in (1.0, 4.0))
-    even, dear = (largest_box.largest_box(q, seed=1, effort=QUICK).box.width[0] for q in asked)
+    questions = (linear(weight=np.array([w, 1.0, 1.0])) for w in (1.0, 4.0))
+    even, dear = (largest_box.largest_box(q, seed=1, effort=QUICK).box.width[0] for q in questions)
     assert dear > 1.2 * even
 
 
@@ -99,9 +99,9 @@ def test_the_same_seed_gives_the_same_box_whoever_computes():
 def test_the_bound_counts_parts_and_not_responses():
     twins = replace(bowls(), response=_Twins(bowls().response), limit=np.full(8, 0.15))
     box = Box(twins.names, np.full(2, 0.75), np.full(2, 1.15))
-    one, many = (verified_share(q, box, seed=1, n_parts=8192) for q in (bowls(), twins))
-    assert many.share == pytest.approx(one.share, abs=1e-12)
-    assert many.bound == pytest.approx(one.bound, abs=1e-12)
+    single, many = (verified_share(q, box, seed=1, n_parts=8192) for q in (bowls(), twins))
+    assert many.share == pytest.approx(single.share, abs=1e-12)
+    assert many.bound == pytest.approx(single.bound, abs=1e-12)
     both = verified_share(bowls(together=True), box, seed=1, n_parts=64)
     error = np.sqrt(both.share * (1.0 - both.share) / 63)
     assert both.standard_error == pytest.approx(error)
@@ -197,9 +197,9 @@ def test_a_part_that_cannot_be_computed_keeps_no_limit():
             return np.where(designs[:, :1] > 0.5, np.nan, super().__call__(designs))
 
     question = replace(linear(9.0), response=Broken(linear().response.slopes))
-    found = largest_box.largest_box(question, seed=1, effort=QUICK)
-    assert found.verified.share >= 0.9
-    assert found.box.upper[0] < 0.65
+    box = largest_box.largest_box(question, seed=1, effort=QUICK)
+    assert box.verified.share >= 0.9
+    assert box.box.upper[0] < 0.65
 
 
 def test_peers_keep_the_share_at_their_limit():
@@ -208,17 +208,17 @@ def test_peers_keep_the_share_at_their_limit():
     raised = question.lowered(-largest_box.kept_offset(question, about, seed=1))
     unit = sobol_points(2, 65536, seed=1, purpose="kept limit")
     assert raised.share_of(about, unit) == pytest.approx(0.9, abs=2e-4)
-    found = largest_box.largest_box(raised, seed=1, points=[np.ones(2)], effort=QUICK)
-    assert found.box.width.prod() > 1.1 * about.width.prod()
+    box = largest_box.largest_box(raised, seed=1, points=[np.ones(2)], effort=QUICK)
+    assert box.box.width.prod() > 1.1 * about.width.prod()
 
 
 def test_boxes_grow_with_the_limit():
     question = bowls(together=True)
-    asked, mild = (
+    strict, mild = (
         largest_box.largest_box(question.lowered(s), seed=1, effort=QUICK) for s in (0.0, -0.1)
     )
-    assert question.log_volume(mild.box) > question.log_volume(asked.box)
-    assert 0.0 < asked.room < 0.149
+    assert question.log_volume(mild.box) > question.log_volume(strict.box)
+    assert 0.0 < strict.room < 0.149
 
 
 def test_resizing_moves_no_end_that_is_a_bound():

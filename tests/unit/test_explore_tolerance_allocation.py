@@ -29,7 +29,7 @@ from deboom.explore.tolerance_allocation import (
     ToleranceCost,
     ToleranceEffect,
 )
-from known_truth import quad2
+from samples.known_truth import quad2
 
 SECOND = cut_normal_moments()[0]
 
@@ -93,14 +93,14 @@ SLOPE, WEIGHT = RNG.uniform(0.2, 3.0, 12), RNG.uniform(0.5, 2.0, 12)
 def test_the_cheapest_tolerances_are_lagranges(bounds):
     allocator = linear_allocator(SLOPE, WEIGHT, *bounds)
     target = SigmaTarget(allocator.at(allocator.today).sigma_sum)
-    found = allocator.cheapest(target)
+    allocation = allocator.cheapest(target)
     exact = lagrange(SLOPE, WEIGHT, target.sigma_sum, *bounds)
-    np.testing.assert_allclose(found.tolerance, exact, rtol=2e-4)
-    assert found.total_cost == pytest.approx((WEIGHT * 0.15 / exact).sum(), rel=1e-8)
-    assert found.sigma_sum <= target.sigma_sum * (1.0 + 1e-6)
+    np.testing.assert_allclose(allocation.tolerance, exact, rtol=2e-4)
+    assert allocation.total_cost == pytest.approx((WEIGHT * 0.15 / exact).sum(), rel=1e-8)
+    assert allocation.sigma_sum <= target.sigma_sum * (1.0 + 1e-6)
     uniform = allocator.uniform(target)
     np.testing.assert_allclose(uniform.tolerance, 0.15, rtol=1e-9)
-    assert found.total_cost < uniform.total_cost
+    assert allocation.total_cost < uniform.total_cost
     without_effect = linear_allocator(0.0 * SLOPE, WEIGHT, *bounds).uniform(target)
     np.testing.assert_allclose(without_effect.tolerance, bounds[1])
 
@@ -111,11 +111,11 @@ def test_axes_of_one_hardness_have_their_own_closed_form():
     names = tuple(f"M x{k}" for k in range(4))
     structure = ToleranceStructure(names, np.ones((4, 1)), ("hardness",))
     allocator = linear_allocator(slope, weight, structure=structure)
-    found = allocator.cheapest(SigmaTarget(0.1))
+    allocation = allocator.cheapest(SigmaTarget(0.1))
     a = slope * np.sqrt(SECOND) / 3.0
     exact = np.sqrt(weight / a)
     exact *= 0.1 / (a * exact).sum()
-    np.testing.assert_allclose(found.tolerance, exact, rtol=2e-4)
+    np.testing.assert_allclose(allocation.tolerance, exact, rtol=2e-4)
 
 
 def test_a_sum_of_two_vehicles_is_checked_by_a_search_of_all_pairs():
@@ -165,11 +165,11 @@ def test_a_share_of_a_linear_response_is_reached():
     allocator = replace(allocator, effect=many)
     mean, sigma = SLOPE.sum(), 0.2
     target = ShareTarget(np.array([mean + 2.0 * sigma]), 0.9772)
-    found = allocator.cheapest(target)
-    assert found.scattered.sigma[0] == pytest.approx(sigma, rel=0.03)
-    assert found.scattered.share(target.limit)[0] >= 0.9772 - 1e-3
-    exact = lagrange(SLOPE, WEIGHT, found.scattered.sigma[0], 0.01, 0.6)
-    assert found.total_cost == pytest.approx((WEIGHT * 0.15 / exact).sum(), rel=0.01)
+    allocation = allocator.cheapest(target)
+    assert allocation.scattered.sigma[0] == pytest.approx(sigma, rel=0.03)
+    assert allocation.scattered.share(target.limit)[0] >= 0.9772 - 1e-3
+    exact = lagrange(SLOPE, WEIGHT, allocation.scattered.sigma[0], 0.01, 0.6)
+    assert allocation.total_cost == pytest.approx((WEIGHT * 0.15 / exact).sum(), rel=0.01)
 
 
 def test_a_target_that_costs_nothing_gets_the_widest_tolerances():
@@ -187,9 +187,9 @@ def test_a_variable_without_a_price_keeps_its_tolerance():
         upper=np.asarray(0.30),
     )
     target = SigmaTarget(allocator.at(allocator.today).sigma_sum)
-    found = fewer.cheapest(target)
-    assert found.tolerance.size == 11
-    assert found.scattered.tolerance[0] == 0.15
+    allocation = fewer.cheapest(target)
+    assert allocation.tolerance.size == 11
+    assert allocation.scattered.tolerance[0] == 0.15
 
 
 def test_an_unreachable_target_says_by_how_much_and_who_binds():
@@ -340,10 +340,10 @@ def stated():
     """Correlation by hand: axes h, pieces of a batch b; left and right even out."""
     axes = np.array([[1.0, H], [H, 1.0]])
     two_places = np.array([[1.0, B], [B, 1.0]])
-    found = np.zeros((6, 6))
-    found[:4, :4] = np.kron(two_places, axes)
-    found[4:, 4:] = (B + (1.0 - B) / 2.0) * axes
-    return found
+    expected = np.zeros((6, 6))
+    expected[:4, :4] = np.kron(two_places, axes)
+    expected[4:, 4:] = (B + (1.0 - B) / 2.0) * axes
+    return expected
 
 
 def test_covariance_is_that_of_the_hand_calculation():

@@ -19,16 +19,16 @@ from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.explore.workers import SpreadResponse, workers_for
-from known_truth import quad2
+from samples.known_truth import quad2
 
 MODEL = quad2(4, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)
 ROBUST = Robust(MODEL, SPACE, sobol_sample(4, 16, seed=1))
 
 
-def same(one, other):
-    for field in fields(one):
-        np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
+def same(first, other):
+    for field in fields(first):
+        np.testing.assert_array_equal(getattr(first, field.name), getattr(other, field.name))
 
 
 class _Chunks(SpreadResponse):
@@ -69,8 +69,8 @@ def test_a_pool_finds_the_same_front_although_a_worker_is_killed():
 def test_workers_leave_ctrl_c_to_their_parent_and_have_one_thread_of_linear_algebra():
     with workers.process_pool(1) as pool:
         assert pool.submit(signal.getsignal, signal.SIGINT).result() is signal.SIG_IGN
-        known = pool.submit(threadpool_info).result()
-    assert {each["num_threads"] for each in known if each["user_api"] == "blas"} == {1}
+        libraries = pool.submit(threadpool_info).result()
+    assert {each["num_threads"] for each in libraries if each["user_api"] == "blas"} == {1}
 
 
 class _Deadly:

@@ -24,25 +24,25 @@ from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.limits import GRAVITY, MountRequirements, TorqueTravel, WeightSag
 from deboom.vehicles.powertrain import KinematicModel, Powertrain
 from deboom.vehicles.uncertain_data import MeasuredArrays, transfer_floor, transfer_paths
-from hammer_test import draw_hammer_test, measure
+from samples.hammer_test import draw_hammer_test, measure
 
 LINES = np.arange(20.0, 24.0)
 
 
 def test_the_more_certain_of_y_and_z_has_the_larger_weight():
     """Inverse variances: half widths of 1 and 3 make weights of 0.9 and 0.1."""
-    asked = []
+    received = []
 
     def band(weights):
-        asked.append(weights)
-        half = np.full(4, 1.0 if len(asked) == 1 else 3.0)
+        received.append(weights)
+        half = np.full(4, 1.0 if len(received) == 1 else 3.0)
         return Band(np.ones(4, dtype=complex), half, half, half, half, half, half)
 
     from_y, from_z = np.ones((4, 6)), np.zeros((4, 6))
     unexplained = np.zeros(4, dtype=bool)
     uncertainty = SimpleNamespace(band=band)
     unbalance_curve(uncertainty, LINES, from_y, from_z, unexplained)
-    np.testing.assert_allclose(asked[2], 0.9 * from_y + 0.1 * from_z, rtol=1e-15)
+    np.testing.assert_allclose(received[2], 0.9 * from_y + 0.1 * from_z, rtol=1e-15)
 
 
 def hammered(n_averages):
@@ -64,8 +64,8 @@ def test_hits_of_both_tests_make_the_scatter_of_their_places():
         excitation_matrix=rng.standard_normal((6, 6)),
         model=SimpleNamespace(apparent_mass=lambda lines: np.zeros((lines.size, 6, 6))),
     )
-    found = SimpleNamespace(test=tests[0], calibrated=calibrated)
-    evidence = HammerEvidence(*tests, found, band=(20.0, 23.0), largest_lines=9)
+    identification = SimpleNamespace(test=tests[0], calibrated=calibrated)
+    evidence = HammerEvidence(*tests, identification, band=(20.0, 23.0), largest_lines=9)
     expected = HIT_SCATTER * np.sqrt(1 / 3 + 1 / 6)
     np.testing.assert_allclose(evidence.nuisance_deviations, expected, rtol=1e-15)
 
@@ -129,9 +129,9 @@ def test_travel_ends_with_the_measured_curve():
     model, names = three_springs()
     travel = MountRequirements(names, (TorqueTravel(model, 1500.0, ("S z",), Factor.part),))
     factors = np.array([[50 / 19], [50 / 21], [50 / 38]]) * np.ones((3, 9))
-    found = travel(factors)[:, 0]
-    assert abs(found[0]) == pytest.approx(19.0, rel=1e-9)
-    assert np.isnan(found[1:]).all()
+    travelled = travel(factors)[:, 0]
+    assert abs(travelled[0]) == pytest.approx(19.0, rel=1e-9)
+    assert np.isnan(travelled[1:]).all()
 
 
 def test_bissells_bound_counts_every_piece():
@@ -183,9 +183,11 @@ def test_a_front_is_thinned_in_its_box_and_not_in_the_units_of_its_objectives():
     """Whatever the units are, the same designs stay."""
     x = np.linspace(0.0, 1.0, 17)
     arc = np.c_[x, (1.0 - x) ** 3]
-    one = np.zeros((17, 1))
+    designs = np.zeros((17, 1))
     stay = [
-        thinned(RobustValues(arc, one, one, *sums.T, *sums.T, np.zeros(17, bool)), 5).designs
+        thinned(
+            RobustValues(arc, designs, designs, *sums.T, *sums.T, np.zeros(17, bool)), 5
+        ).designs
         for sums in (arc * scale for scale in ((1.0, 1.0), (1.0, 1024.0), (1024.0, 1.0)))
     ]
     assert len(stay[0]) == 5
@@ -208,7 +210,7 @@ def test_the_variance_of_measuring_is_no_scatter_of_parts():
     observed = 0.05**2 * ENOUGH / (ENOUGH - 1)
     np.testing.assert_allclose([many.observed, many.measurement], [observed**0.5, 0.03], rtol=1e-12)
     np.testing.assert_allclose(many.sigma, (observed - 0.03**2) ** 0.5, rtol=1e-12)
-    known = direction_scatter("x", values)
-    np.testing.assert_allclose(known.sigma, observed**0.5, rtol=1e-12)
+    without_error = direction_scatter("x", values)
+    np.testing.assert_allclose(without_error.sigma, observed**0.5, rtol=1e-12)
     bounds = [each**2 + 0.03**2 for each in (many.lower, many.upper)]
-    np.testing.assert_allclose(bounds, [known.lower**2, known.upper**2], rtol=1e-12)
+    np.testing.assert_allclose(bounds, [without_error.lower**2, without_error.upper**2], rtol=1e-12)

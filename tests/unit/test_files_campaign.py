@@ -102,12 +102,12 @@ def test_units_and_signs_of_the_tables_count(copy):
     for path in sorted((copy / "runs").rglob("*.uff")):
         function(path.relative_to(copy), (1, "+x"), response_direction="-x")(copy)
     after = read_campaign(copy)
-    for one, other in zip(before.sensors, after.sensors, strict=True):
-        assert other.position == pytest.approx(one.position)
-        assert other.orientation == pytest.approx(one.orientation)
-    for one, other in zip(before.runs, after.runs, strict=True):
-        assert other.acceleration.values[:, 0] == pytest.approx(-one.acceleration.values[:, 0])
-        assert other.acceleration.values[:, 1:] == pytest.approx(one.acceleration.values[:, 1:])
+    for left, other in zip(before.sensors, after.sensors, strict=True):
+        assert other.position == pytest.approx(left.position)
+        assert other.orientation == pytest.approx(left.orientation)
+    for left, other in zip(before.runs, after.runs, strict=True):
+        assert other.acceleration.values[:, 0] == pytest.approx(-left.acceleration.values[:, 0])
+        assert other.acceleration.values[:, 1:] == pytest.approx(left.acceleration.values[:, 1:])
 
 
 def test_switched_off_channels_may_be_dead_or_missing(copy):
@@ -136,7 +136,9 @@ A2_Y = (2, "+y")
 
 
 def pushed(direction):
-    return lambda there: [replace(one, reference_direction=direction) for one in there]
+    return lambda functions: [
+        replace(function, reference_direction=direction) for function in functions
+    ]
 
 
 def half_missed(function):
@@ -189,7 +191,9 @@ static_curves/M1/TSM_x.csv | -15.0 | a | TSM_x.csv line 2, column 'deflection': 
     (gone("C8"), "mount 'Du right' has no force cell"),
     (edited("channels.csv", "m/s^2", "g", -1), "is in 'm/s^2', but the channel table says 'g': co"),
     (
-        functions(RUN, lambda there: [f for f in there if f.response_node != 3]),
+        functions(
+            RUN, lambda functions_of_file: [f for f in functions_of_file if f.response_node != 3]
+        ),
         "run 'g5_wot220' of M1: acceleration 'A3 z' (node 3 +z) is not in it: export it",
     ),
     (function(RUN, (201, "scalar"), values=half_missed), "the tacho reads 1500 rpm at 75 Hz, whic"),
@@ -242,12 +246,12 @@ def test_a_new_run_reads_back_as_it_was_and_comments_stay(folder, run):
     place = add_operating_run(folder, run, ("from elsewhere", "x" * 100))
     assert place == folder / "runs" / "M1" / "again.uff"
     assert "# weighed twice" in (folder / TOML).read_text(encoding="utf-8")
-    found = read_campaign(folder).runs[-1]
-    assert (found.name, found.gear, found.rising) == ("again", 6, True)
+    read_back = read_campaign(folder).runs[-1]
+    assert (read_back.name, read_back.gear, read_back.rising) == ("again", 6, True)
     for name in ("engine_torque", "static_force"):
-        assert np.array_equal(getattr(found, name), getattr(run, name))
+        assert np.array_equal(getattr(read_back, name), getattr(run, name))
     for name in ("acceleration", "cell_force"):
-        assert np.array_equal(getattr(found, name).values, getattr(run, name).values)
+        assert np.array_equal(getattr(read_back, name).values, getattr(run, name).values)
 
 
 OVER_TIME = edited(TOML, "[[runs]]", "[[time_runs]]\npulses_per_revolution = 2")
@@ -263,8 +267,8 @@ def test_channels_in_other_units_and_against_their_axes_read_back_the_same(folde
     # the run that is there is in m/s^2 still: only the new one is asked for
     OVER_TIME(folder)
     add_operating_run(folder, run)
-    (found,) = read_campaign(folder).runs
-    assert found.acceleration.values == pytest.approx(run.acceleration.values)
+    (read_back,) = read_campaign(folder).runs
+    assert read_back.acceleration.values == pytest.approx(run.acceleration.values)
 
 
 @pytest.mark.parametrize(
@@ -311,7 +315,7 @@ def test_a_new_run_joins_an_array_of_inline_tables_whose_comments_stay(folder, r
     assert text.startswith(before)
     assert text.endswith(behind)
     assert "# the first" in text
-    assert [one.name for one in read_campaign(folder).runs] == ["g5_wot220", "again"]
+    assert [run_read.name for run_read in read_campaign(folder).runs] == ["g5_wot220", "again"]
 
 
 def test_a_campaign_that_changes_meanwhile_is_refused_and_stays(folder, run):

@@ -91,7 +91,7 @@ def test_sheets_and_points_that_do_not_fit(folder, changes, words):
 
 def test_unlike_lines_are_refused(folder):
     path = folder / "runs" / "steady_1.uff"
-    shifted = [replace(one, abscissa=one.abscissa + 1.0) for one in read_uff(path)]
+    shifted = [replace(function, abscissa=function.abscissa + 1.0) for function in read_uff(path)]
     write_uff(path, shifted, binary=True)
     with pytest.raises(InputError, match="run steady 1 has unlike lines, 31 from 21 to 141 Hz"):
         read_component_test(folder)
@@ -100,7 +100,11 @@ def test_unlike_lines_are_refused(folder):
 def test_a_missing_channel_is_named(folder):
     path = folder / "runs" / "steady_1.uff"
     node = read_uff(path)[0].response_node
-    write_uff(path, [one for one in read_uff(path) if one.response_node != node], binary=True)
+    write_uff(
+        path,
+        [function for function in read_uff(path) if function.response_node != node],
+        binary=True,
+    )
     with pytest.raises(InputError, match=r"'P1 S1 x' .* is not in it: export it"):
         read_component_test(folder)
 
@@ -176,7 +180,7 @@ def test_mounts_are_rigid_parametric_or_measured(result, written, folder):
     named = rigid.replace('name = "point 1"', 'name = "point 1"\nstiffness_table = "mount.csv"')
     (folder / "receiver" / "receiver.toml").write_text(named, encoding="utf-8")
     measured = read_receiver(folder / "receiver")
-    sounds = [in_receiver(result, one)[0].sound.values for one in (parametric, measured, stiff)]
+    sounds = [in_receiver(result, mount)[0].sound.values for mount in (parametric, measured, stiff)]
     assert np.allclose(sounds[1], sounds[0])
     assert not np.allclose(sounds[2], sounds[0], rtol=0.1)
     table.iloc[1:].to_csv(path, index=False)

@@ -93,10 +93,10 @@ def test_ear_that_no_sweep_has(folder):
     ],
 )
 def test_functions_of_another_unit_or_without_coherence(folder, change, sentence):
-    def changed(there):
+    def changed(functions):
         if change is None:
-            return [there[0], *there[2:]]
-        return [change(f) if f.ordinate == "pressure" else f for f in there]
+            return [functions[0], *functions[2:]]
+        return [change(f) if f.ordinate == "pressure" else f for f in functions]
 
     functions("ntf/pressure.uff", changed)(folder)
     refused(read_electric_car, folder, sentence)

@@ -94,11 +94,11 @@ def test_the_decay_of_an_exponential_window_travels_with_a_uff_file(tmp_path, ra
 
 
 def test_unlike_windows_in_a_file_and_an_impossible_one_are_refused(tmp_path):
-    one, other = frf_functions(WINDOWED, RESPONSES, STRUCK)
-    matrix = FunctionMatrix(tmp_path, "", (4,), (one, replace(other, id_lines=())))
+    first, other = frf_functions(WINDOWED, RESPONSES, STRUCK)
+    matrix = FunctionMatrix(tmp_path, "", (4,), (first, replace(other, id_lines=())))
     with pytest.raises(InputError, match=r"added decay rate of 2\.5 1/s and .* 0 1/s"):
         _ = matrix.added_decay_rate
-    wrong = replace(one, id_lines=("added decay rate -2 1/s",))
+    wrong = replace(first, id_lines=("added decay rate -2 1/s",))
     with pytest.raises(InputError, match="is no rate"):
         _ = FunctionMatrix(tmp_path, "", (4,), (wrong,)).added_decay_rate
     with pytest.raises(InputError, match="'N' are not written"):

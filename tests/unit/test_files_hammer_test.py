@@ -145,8 +145,8 @@ def test_blocks_that_do_not_fit_are_named(folder, fault, words):
 
 
 def test_a_clock_that_starts_with_the_block(folder):
-    def shift(there):
-        return [replace(f, abscissa=f.abscissa - f.abscissa[0]) for f in there]
+    def shift(functions):
+        return [replace(f, abscissa=f.abscissa - f.abscissa[0]) for f in functions]
 
     functions(I3, shift)(folder)
     assert read_hammer_test(folder).measurements[2].pretrigger == PRETRIGGER

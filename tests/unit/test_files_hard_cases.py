@@ -110,7 +110,12 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("read", "name", "content", "sentence"), CASES)
+# a workbook holds the time of its making: in a test's name it would part the workers of a run
+@pytest.mark.parametrize(
+    ("read", "name", "content", "sentence"),
+    CASES,
+    ids=[f"{number}-{name}" for number, (_, name, _, _) in enumerate(CASES)],
+)
 def test_a_hard_case_ends_in_a_sentence(tmp_path, read, name, content, sentence, monkeypatch):
     monkeypatch.setattr(tables, "MOST_ROWS", 2_000)  # the same with less to write
     path = tmp_path / name

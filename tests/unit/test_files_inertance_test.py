@@ -204,12 +204,15 @@ def test_bad_position_sheets(folder, sheet, change, words):
 
 
 def shifted(by):
-    return lambda there: [replace(f, abscissa=f.abscissa + by) for f in there]
+    return lambda functions: [replace(f, abscissa=f.abscissa + by) for f in functions]
 
 
 FRF, COHERENCE = "frf.uff", "coherence.uff"
 BAD_FUNCTIONS = [
-    (rewritten(COHERENCE, lambda there: there[:-1]), "function 'A3 z' per I6 ... is not in it"),
+    (
+        rewritten(COHERENCE, lambda functions: functions[:-1]),
+        "function 'A3 z' per I6 ... is not in it",
+    ),
     (function(FRF, 0, response_node=99), "node 99 +x is not in the tables; add it there, or"),
     (function(FRF, 0, reference_node=98), "reference node 98 +x is not in the tables"),
     (function(FRF, 0, response_direction="scalar"), "node 11 scalar is not in the tables; they ha"),
@@ -218,7 +221,7 @@ BAD_FUNCTIONS = [
     (function(FRF, 0, values=np.ones(3)), "'A1 x' per I1 is real ... phase is needed"),
     (function(COHERENCE, 0, values=np.full(3, 1.1)), "a coherence lies between 0 and 1: export it"),
     (
-        rewritten(COHERENCE, lambda there: [replace(f, function_type=0) for f in there]),
+        rewritten(COHERENCE, lambda functions: [replace(f, function_type=0) for f in functions]),
         "holds no coherence ... type 6",
     ),
     (rewritten(COHERENCE, shifted(0.5)), "coherence.uff has other lines than"),

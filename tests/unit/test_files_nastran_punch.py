@@ -32,17 +32,17 @@ def receptance():
 @pytest.mark.parametrize("name", ["two_masses_sort1.pch", "two_masses_sort2.pch"])
 def test_functions_of_two_masses_are_the_closed_form_per_force_in_si(name):
     functions = {
-        (one.reference_node, one.response_node, one.response_direction): one
-        for one in read_punch(DATA / name)
+        (function.reference_node, function.response_node, function.response_direction): function
+        for function in read_punch(DATA / name)
     }
     exact = receptance()
     for column, (node, sign) in enumerate(((11, 1.0), (12, -1.0))):
         for row, response in enumerate((11, 12)):
-            one = functions[node, response, "+x"]
-            assert (one.ordinate, one.unit) == ("displacement", "m/N")
-            assert one.reference_direction == ("+x" if sign > 0 else "-x")
-            np.testing.assert_allclose(one.abscissa, LINES)
-            np.testing.assert_allclose(one.values, sign * exact[:, row, column], rtol=3e-6)
+            function = functions[node, response, "+x"]
+            assert (function.ordinate, function.unit) == ("displacement", "m/N")
+            assert function.reference_direction == ("+x" if sign > 0 else "-x")
+            np.testing.assert_allclose(function.abscissa, LINES)
+            np.testing.assert_allclose(function.values, sign * exact[:, row, column], rtol=3e-6)
         ear = functions[node, 901, "scalar"]
         assert (ear.ordinate, ear.unit) == ("pressure", "Pa/N")
         np.testing.assert_allclose(ear.values, sign * PRESSURE * exact[:, 1, column], rtol=3e-6)
@@ -102,7 +102,9 @@ def test_what_is_wrong_in_a_punch_file_is_named(tmp_path, fault, words):
 
 def punched(path, functions):
     """Write functions per force as a solver punches them: a subcase for each load."""
-    loads = list(dict.fromkeys((one.reference_node, one.reference_direction) for one in functions))
+    loads = list(
+        dict.fromkeys((each.reference_node, each.reference_direction) for each in functions)
+    )
     table = ["subcase,node,direction,force [N],length,pressure"]
     lines = []
     for subcase, load in enumerate(loads, 1):
@@ -137,10 +139,10 @@ def with_receptance(folder):
         size = 1e-7 * np.exp(-0.02j * lines)
         functions = [
             UffFunction(
-                lines, size / (1 + (one is not other)), 4, one.node, one.direction, other.node,
-                other.direction, "displacement", "m", "force", "N",
+                lines, size / (1 + (function is not other)), 4, function.node, function.direction,
+                other.node, other.direction, "displacement", "m", "force", "N",
             )
-            for one in paths
+            for function in paths
             for other in paths
         ]  # fmt: skip
         write_uff(folder / f"noise_transfer/{vehicle}_body.uff", functions)
@@ -162,7 +164,7 @@ def test_a_platform_of_punched_functions_has_the_numbers_of_its_uff_files(tmp_pa
     text = toml.read_text(encoding="utf-8")
     for vehicle in ("wagon", "cabrio"):
         names = [f"noise_transfer/{vehicle}.uff", f"noise_transfer/{vehicle}_body.uff"]
-        functions = [one for name in names for one in read_uff(other / name)]
+        functions = [function for name in names for function in read_uff(other / name)]
         punched(other / f"noise_transfer/{vehicle}.pch", functions)
         for name in names:
             (other / name).unlink()
@@ -171,9 +173,11 @@ def test_a_platform_of_punched_functions_has_the_numbers_of_its_uff_files(tmp_pa
     after = read_platform(other)
     assert check_platform(other).faults == ()
     assert other / "noise_transfer/wagon.csv" in after.input_files
-    for one, same in zip(after.fleet.vehicles, before.fleet.vehicles, strict=True):
-        np.testing.assert_allclose(one.noise_transfer.values, same.noise_transfer.values, rtol=1e-8)
-        np.testing.assert_allclose(one.receptance.values, same.receptance.values, rtol=1e-8)
+    for function, same in zip(after.fleet.vehicles, before.fleet.vehicles, strict=True):
+        np.testing.assert_allclose(
+            function.noise_transfer.values, same.noise_transfer.values, rtol=1e-8
+        )
+        np.testing.assert_allclose(function.receptance.values, same.receptance.values, rtol=1e-8)
 
 
 def test_op2_is_named_with_the_export_that_works(tmp_path):

@@ -31,9 +31,9 @@ def drawn(*shape):
     return parts[0] + 1j * parts[1]
 
 
-def of_impacts(impacts, there):
+def of_impacts(impacts, functions):
     nodes = [impact.node for impact in impacts]
-    return [one for one in there if one.reference_node in nodes]
+    return [function for function in functions if function.reference_node in nodes]
 
 
 @pytest.fixture(scope="module")
@@ -72,14 +72,14 @@ def test_spectra_read_back_with_holders_and_microphones(tmp_path):
     acceleration, holder, sound = drawn(8, 9), drawn(8, 6), drawn(8, 1)
     path = tmp_path / "sweep.uff"
     operating_test.write_sweep(path, NODES, LINES, (acceleration, holder, sound), notes=("a", "b"))
-    found = operating_test.read_sweep(path, NODES)
-    for spectrum, values in zip(found, (acceleration, holder, sound), strict=True):
+    sweep = operating_test.read_sweep(path, NODES)
+    for spectrum, values in zip(sweep, (acceleration, holder, sound), strict=True):
         np.testing.assert_array_equal(spectrum.frequency, LINES)
         np.testing.assert_array_equal(spectrum.values, values)
-    assert found[0].channels[:4] == ("A1 x", "A1 y", "A1 z", "A2 x")
-    assert found[1].channels[3] == "mount 2 x"
-    assert found[2].channels == ("driver",)
-    assert [spectrum.unit for spectrum in found] == ["m/s^2", "m/s^2", "Pa"]
+    assert sweep[0].channels[:4] == ("A1 x", "A1 y", "A1 z", "A2 x")
+    assert sweep[1].channels[3] == "mount 2 x"
+    assert sweep[2].channels == ("driver",)
+    assert [spectrum.unit for spectrum in sweep] == ["m/s^2", "m/s^2", "Pa"]
     # who does not ask for them does not get them
     assert operating_test.read_sweep(path, operating_test.SweepNodes(SENSORS, 1))[1:] == (
         None,
@@ -148,8 +148,8 @@ TACHO = (1, "scalar")
 OVER_TIME = "sweeps/soft_7.5_bar_over_time.uff"
 
 
-def without_tacho(there):
-    return [f for f in there if f.response_node != 1]
+def without_tacho(functions):
+    return [f for f in functions if f.response_node != 1]
 
 
 @pytest.mark.parametrize(

@@ -39,9 +39,9 @@ def test_without_a_file_nothing_changes():
 
 def test_the_shipped_file_is_what_it_says():
     made = made_parts(SHIPPED / "u06_parts.toml", SPACE)
-    found = correlation(made.structure)
-    assert found[0, 1] == pytest.approx(0.6)
-    np.testing.assert_allclose(np.diag(found), [1, 1, 1, 0.75, 0.75, 0.75])
+    correlations = correlation(made.structure)
+    assert correlations[0, 1] == pytest.approx(0.6)
+    np.testing.assert_allclose(np.diag(correlations), [1, 1, 1, 0.75, 0.75, 0.75])
     assert "87 % of the tolerance of one" in made.text
     assert made.inputs == (SHIPPED / "u06_parts.toml",)
 
@@ -61,8 +61,10 @@ tolerance = 0.09
 """,
     )
     made = made_parts(path, SPACE)
-    found = correlation(made.structure)
-    assert (found[0, 1], found[0, 3], found[0, 4]) == pytest.approx((0.5, 0.4, 0.2))
+    correlations = correlation(made.structure)
+    assert (correlations[0, 1], correlations[0, 3], correlations[0, 4]) == pytest.approx(
+        (0.5, 0.4, 0.2)
+    )
     assert made.space.tolerance.tolist() == [0.09, 0.15, 0.15, 0.15, 0.15, 0.15]
     assert made.table["tolerance ± [%]"][0] == pytest.approx(9.0)
 

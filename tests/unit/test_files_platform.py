@@ -165,9 +165,9 @@ def test_a_platform_is_read_in_the_order_of_its_mounts(folder):
     g5 = platform.load_case("g5")
     assert (g5.gear, g5.total_ratio, g5.torque_limit, g5.order) == (3, 3.5, 220.0, 1.5)
     assert platform.default_load_case == "g5"
-    there = {path for path in folder.rglob("*") if path.is_file()}
-    assert set(platform.input_files) == there
-    assert len(platform.input_files) == len(there) == 8
+    files = {path for path in folder.rglob("*") if path.is_file()}
+    assert set(platform.input_files) == files
+    assert len(platform.input_files) == len(files) == 8
 
 
 def test_load_cases_and_groups_are_chosen_by_name(folder):
@@ -194,10 +194,10 @@ def test_a_channel_measured_against_its_axis_changes_sign(folder):
     edited("channels.csv", "TSM z,force,TSM,,z,11,+z", "TSM z,force,TSM,,z,11,-z")(folder)
     edited("channels.csv", "function,TSM,,z,11,+z", "function,TSM,,z,11,-z")(folder)
 
-    def turned(end, ordinate, there):
+    def turned(end, ordinate, functions):
         return [
             replace(f, **{end: "-z"}) if (getattr(f, end), f.ordinate) == ("+z", ordinate) else f
-            for f in there
+            for f in functions
         ]
 
     for case in ("g5", "g2"):
@@ -233,8 +233,8 @@ STATED = "TSM x,displacement,TSM,,x,11,+x,"
 
 
 def every(**changes):
-    return lambda there: [
-        replace(f, **{k: v(f) if callable(v) else v for k, v in changes.items()}) for f in there
+    return lambda functions: [
+        replace(f, **{k: v(f) if callable(v) else v for k, v in changes.items()}) for f in functions
     ]
 
 
@@ -341,7 +341,7 @@ def path(folder):
 
 
 def test_what_would_be_refused_is_not_dumped(path):
-    there = sorted(path.parent.iterdir())
+    files = sorted(path.parent.iterdir())
     platform = load_toml(path, PlatformFile)
     cases = (platform.load_cases[1],)
     with pytest.raises(InputError, match="default_load_case 'g5' is not among the load cases g2"):
@@ -351,7 +351,7 @@ def test_what_would_be_refused_is_not_dumped(path):
         dump_toml(path.parent / "a.toml", platform.model_copy(update={"format": 2}))
     with pytest.raises(InputError, match=r"a\.toml cannot be written \(No such file"):
         dump_toml(path.parent / "absent" / "a.toml", platform)
-    assert sorted(path.parent.iterdir()) == there
+    assert sorted(path.parent.iterdir()) == files
 
 
 @pytest.mark.parametrize(

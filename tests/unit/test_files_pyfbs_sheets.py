@@ -74,9 +74,9 @@ def test_channels_alone_make_the_same_sensors(tmp_path):
         workbook(tmp_path / "channels.xlsx", {"Channels_AB": sheets["Channels_AB"]}), PlacedSensor
     )
     assert [row.sensor for row in alone] == ["S1", "S2"]
-    for one, other in zip(alone, both, strict=True):
-        np.testing.assert_allclose(one.position, other.position, atol=1e-8)
-        np.testing.assert_allclose(one.orientation, other.orientation, atol=2e-6)
+    for left, other in zip(alone, both, strict=True):
+        np.testing.assert_allclose(left.position, other.position, atol=1e-8)
+        np.testing.assert_allclose(left.orientation, other.orientation, atol=2e-6)
 
 
 def test_virtual_points_have_the_position_of_their_rows(tmp_path):
@@ -122,12 +122,12 @@ def test_a_hammer_test_with_sheets_of_pyfbs_has_the_same_numbers(delivered, tmp_
     before, after = read_inertance_test(delivered), read_inertance_test(folder)
     assert np.array_equal(after.frf.values, before.frf.values)
     assert after.frf.outputs == before.frf.outputs
-    for one, other in zip(after.sensors, before.sensors, strict=True):
-        np.testing.assert_allclose(one.position, other.position, atol=1e-12)
-        np.testing.assert_allclose(one.orientation, other.orientation, atol=1e-12)
-    for one, other in zip(after.impacts, before.impacts, strict=True):
-        np.testing.assert_allclose(one.position, other.position, atol=1e-12)
-        np.testing.assert_allclose(one.direction, other.direction, atol=1e-12)
+    for left, other in zip(after.sensors, before.sensors, strict=True):
+        np.testing.assert_allclose(left.position, other.position, atol=1e-12)
+        np.testing.assert_allclose(left.orientation, other.orientation, atol=1e-12)
+    for left, other in zip(after.impacts, before.impacts, strict=True):
+        np.testing.assert_allclose(left.position, other.position, atol=1e-12)
+        np.testing.assert_allclose(left.direction, other.direction, atol=1e-12)
     assert check_folder(folder)[0] == ()
 
 

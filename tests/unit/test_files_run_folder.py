@@ -211,8 +211,8 @@ def test_a_run_goes_by_its_name_in_the_results_here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run = start_run(tmp_path / "results", "front", seed=1, record={"study": "front"})
     folder = finish_run(run)
-    found = run_folder.read_run(Path(folder.name))
-    assert (found.study, found.name) == ("front", folder.name)
+    read_back = run_folder.read_run(Path(folder.name))
+    assert (read_back.study, read_back.name) == ("front", folder.name)
     shutil.copytree(folder, tmp_path / "results" / "other" / folder.name)
     with pytest.raises(InputError, match=f"say results/front/{folder.name} or results/other"):
         run_folder.read_run(Path(folder.name))

@@ -99,13 +99,13 @@ def test_a_platform_of_saved_functions_has_the_numbers_of_its_uff_files(tmp_path
     functions = [
         (
             [
-                (one.response_node, 0),
-                (one.reference_node, DIRECTION_CODE[one.reference_direction]),
+                (function.response_node, 0),
+                (function.reference_node, DIRECTION_CODE[function.reference_direction]),
             ],
-            one.abscissa,
-            one.values,
+            function.abscissa,
+            function.values,
         )
-        for one in read_uff(path)
+        for function in read_uff(path)
     ]
     path.unlink()
     saved(path.with_suffix(".npz"), functions)
@@ -116,8 +116,8 @@ def test_a_platform_of_saved_functions_has_the_numbers_of_its_uff_files(tmp_path
     toml.write_text(toml.read_text(encoding="utf-8").replace("wagon.uff", "wagon.npz"))
     assert check_platform(folder).faults == ()
     after = read_platform(folder)
-    for one, same in zip(after.fleet.vehicles, before.fleet.vehicles, strict=True):
-        np.testing.assert_allclose(one.noise_transfer.values, same.noise_transfer.values)
+    for function, same in zip(after.fleet.vehicles, before.fleet.vehicles, strict=True):
+        np.testing.assert_allclose(function.noise_transfer.values, same.noise_transfer.values)
 
 
 class Trap:

@@ -289,9 +289,9 @@ def test_ranges_are_those_of_the_conventions():
     rows = re.findall(r"^\| (.+?) \[(.+?)\] \| (\S+) \| (\S+) \| (\S+) \|$", CONVENTIONS, re.M)
     assert [name for name, *_ in rows] == list(RANGES)
     for name, shown, *limits in rows:
-        known = RANGES[name]
-        assert known.shown == shown
-        values = known.factor * np.array([*known.usual, known.largest])
+        stated = RANGES[name]
+        assert stated.shown == shown
+        values = stated.factor * np.array([*stated.usual, stated.largest])
         np.testing.assert_allclose(values, np.array(limits, float), rtol=1e-12)
 
 

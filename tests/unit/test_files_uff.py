@@ -415,12 +415,14 @@ def test_rows_as_fortran_writes_them_are_read(tmp_path, values, exponent, width)
     np.testing.assert_allclose(read_uff(path)[0].values, values, rtol=1e-11)
 
 
-@pytest.mark.parametrize(("n_points", "there"), [(7, 6), (3, 6), (2, 6)])
-def test_more_than_a_row_of_zeros_is_refused(tmp_path, n_points, there):
+@pytest.mark.parametrize(("n_points", "n_written"), [(7, 6), (3, 6), (2, 6)])
+def test_more_than_a_row_of_zeros_is_refused(tmp_path, n_points, n_written):
     path = tmp_path / "a.uff"
     write_uff(path, [spectrum()])
     rewritten(path, rows=padded_row()[1], n_points=n_points)
-    with pytest.raises(InputError, match=f"{n_points} values are announced and {there} are there"):
+    with pytest.raises(
+        InputError, match=f"{n_points} values are announced and {n_written} are there"
+    ):
         read_uff(path)
 
 
@@ -571,7 +573,7 @@ def test_reading_takes_little_more_memory_than_the_file(tmp_path, binary, n_line
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < most * path.stat().st_size
-    assert all(one.abscissa is read[0].abscissa for one in read)
+    assert all(function.abscissa is read[0].abscissa for function in read)
     np.testing.assert_allclose(read[-1].values, values, rtol=0, atol=1e-11)
 
 

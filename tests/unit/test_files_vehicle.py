@@ -181,12 +181,12 @@ def model_of(panels, form=FrfForm.RECEPTANCE, frequency=40.0, outputs=None):
 
 def test_contributions_follow_from_pressure_area_and_motion(folder):
     panels = read_vehicle(folder).panels
-    found = panel_contributions(model_of(panels), panels, "driver ear")
+    contributions = panel_contributions(model_of(panels), panels, "driver ear")
     line = np.flatnonzero(panels.pressure.frequency == 40.0)[0]
     expected = -((2 * np.pi * 40.0) ** 2) * panels.pressure.values[line, :, 0] * panels.areas
-    assert found.values[0] == pytest.approx(expected)
-    assert found.pressure[0] == pytest.approx(expected.sum())
-    assert found.shares.sum() == pytest.approx(1.0)
+    assert contributions.values[0] == pytest.approx(expected)
+    assert contributions.pressure[0] == pytest.approx(expected.sum())
+    assert contributions.shares.sum() == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(

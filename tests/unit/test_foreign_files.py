@@ -341,10 +341,10 @@ def test_an_array_that_announces_what_is_not_there_is_refused(tmp_path, shape, d
 
 
 def test_arrays_come_back_as_they_were(tmp_path):
-    there = {"a": np.arange(6.0).reshape(2, 3), "b": np.array(["x", ""]), "c": np.zeros((0, 3))}
-    np.savez_compressed(tmp_path / "a.npz", **there)
+    arrays = {"a": np.arange(6.0).reshape(2, 3), "b": np.array(["x", ""]), "c": np.zeros((0, 3))}
+    np.savez_compressed(tmp_path / "a.npz", **arrays)
     for name, values in read_arrays(tmp_path / "a.npz", "again").items():
-        np.testing.assert_array_equal(values, there[name])
+        np.testing.assert_array_equal(values, arrays[name])
 
 
 COLUMNS = "'c' campaign, 'm' mount, 'v' variant, 'p' part_number, 's' serial, 'x' supplier"

@@ -132,7 +132,7 @@ def other_programs_write_geometry_and_functions():
         for axis in "xyz"
         for reference in range(101, 119)
     ]
-    functions = [replace(one, ordinate_unit="m/s^2") for one in functions]
+    functions = [replace(function, ordinate_unit="m/s^2") for function in functions]
     write_uff("measured.uff", functions)
 
 
@@ -264,11 +264,11 @@ def test_every_command_has_its_options(line):
 
 
 def test_every_option_in_the_text_exists_somewhere():
-    known = set().union(*(options_of(["deboom", "run", f"studies/{s}.py"]) for s in STUDIES))
-    known |= options_of(["deboom", "report"]) | options_of(["deboom", "accept"])
+    options = set().union(*(options_of(["deboom", "run", f"studies/{s}.py"]) for s in STUDIES))
+    options |= options_of(["deboom", "report"]) | options_of(["deboom", "accept"])
     named = set(re.findall(r"`(--[a-z-]+)", TEXT))
     assert len(named) > 8
-    assert named <= known
+    assert named <= options
 
 
 def test_every_key_in_the_text_is_explained_by_its_study():

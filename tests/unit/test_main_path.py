@@ -45,14 +45,14 @@ def hints_of(thing):
 
 def types_on_the_path():
     """All types that a reader meets, by name."""
-    waiting, found = list(ROOTS), {}
+    waiting, kinds = list(ROOTS), {}
     while waiting:
         for hint in hints_of(waiting.pop()):
             for kind in classes_in(hint):
-                if kind.__name__ not in found:
-                    found[kind.__name__] = kind
+                if kind.__name__ not in kinds:
+                    kinds[kind.__name__] = kind
                     waiting.append(kind)
-    return found
+    return kinds
 
 
 def test_the_types_on_the_way_from_a_folder_to_a_page_are_those_listed():

@@ -19,7 +19,7 @@ from deboom.measurement.impact_test import (
     hammer_frfs,
 )
 from deboom.measurement.sensors import Impact
-from filtered_hits import struck_through
+from samples.filtered_hits import struck_through
 
 RATE, N_SAMPLE, PRETRIGGER = 2048.0, 2048, 0.0625
 TIME = np.arange(N_SAMPLE) / RATE - PRETRIGGER

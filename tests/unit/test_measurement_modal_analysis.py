@@ -175,17 +175,17 @@ def test_a_band_of_six_octaves_keeps_its_low_modes():
     np.testing.assert_allclose([c.frequency for c in clusters], true, rtol=5e-3)
 
 
-@pytest.mark.parametrize(("noise", "found"), [(0.001, 2), (0.02, 1)])
-def test_two_close_modes_are_told_apart_or_named(noise, found):
+@pytest.mark.parametrize(("noise", "n_close"), [(0.001, 2), (0.02, 1)])
+def test_two_close_modes_are_told_apart_or_named(noise, n_close):
     pytest.importorskip("sdypy.EMA")
     frf = noisy_bodies([18.0, 24.0, 30.0, 30.8, 45.0, 80.0], np.arange(0.25, 150.0, 0.25), noise)
     band = (15.0, 140.0)
     clusters = modal.pole_clusters(modal.poles_over_orders(frf, FrfForm.INERTANCE, band))
     model = modal.modal_model(frf, FrfForm.INERTANCE, band, clusters)
     close = np.abs(model.frequency - 30.4) < 2
-    assert close.sum() == found
-    assert (model.nearby_error[close].max() > modal.LARGE_NEARBY) == (found == 1)
-    assert ("two modes stand as one" in model.verdict) == (found == 1)
+    assert close.sum() == n_close
+    assert (model.nearby_error[close].max() > modal.LARGE_NEARBY) == (n_close == 1)
+    assert ("two modes stand as one" in model.verdict) == (n_close == 1)
 
 
 def test_without_the_library_the_extra_is_named(monkeypatch):

@@ -188,8 +188,8 @@ def record(values, name="A1 x", unit="m/s^2"):
 
 def test_noise_of_a_sweep_is_that_of_each_part_of_its_complex_values():
     angle, tacho = run(30.0, 38.0, 8.0)
-    found = tracked_sweep(tacho, (record(0.3 * np.cos(1.5 * angle)),))
-    assert found.noise[0][0] == pytest.approx(0.3 / np.sqrt(2), rel=0.02)
+    tracked = tracked_sweep(tacho, (record(0.3 * np.cos(1.5 * angle)),))
+    assert tracked.noise[0][0] == pytest.approx(0.3 / np.sqrt(2), rel=0.02)
 
 
 def test_first_order_beside_other_orders_and_noise():
@@ -197,22 +197,22 @@ def test_first_order_beside_other_orders_and_noise():
     noise = np.random.default_rng(1).normal(0, 0.05, angle.size)
     signal = 2 * np.cos(angle + 0.8) + 0.7 * np.cos(2 * angle) + 0.4 * np.sin(3 * angle)
     pure = record(3 * np.cos(angle - 1), "driver", "Pa")
-    found = tracked_sweep(tacho, (record(signal + noise), pure))
-    moved, sound = found.spectra
+    tracked = tracked_sweep(tacho, (record(signal + noise), pure))
+    moved, sound = tracked.spectra
     assert moved.frequency.tolist() == [31, 32, 33, 34, 35, 36, 37]
     np.testing.assert_allclose(moved.values[:, 0], 2 * np.exp(0.8j), atol=0.02)
     np.testing.assert_allclose(sound.values[:, 0], 3 * np.exp(-1j), atol=0.02)
     assert (sound.channels, sound.unit) == (("driver",), "Pa")
     # white noise of this size leaves about σ √(2 B/rate) in each part, B near 3 Hz
-    assert 0.5 < found.noise[0][0] / (0.05 * np.sqrt(2 * 3 / RATE_4)) < 2
-    assert found.noise[1][0] < found.noise[0][0]
+    assert 0.5 < tracked.noise[0][0] / (0.05 * np.sqrt(2 * 3 / RATE_4)) < 2
+    assert tracked.noise[1][0] < tracked.noise[0][0]
 
 
 def test_a_run_down_has_the_same_spectra():
     angle, tacho = run(38.0, 30.0, 8.0)
-    found = tracked_sweep(tacho, (record(2 * np.cos(angle + 0.8)),))
-    assert found.spectra[0].frequency.tolist() == [31, 32, 33, 34, 35, 36, 37]
-    np.testing.assert_allclose(found.spectra[0].values[:, 0], 2 * np.exp(0.8j), atol=0.02)
+    tracked = tracked_sweep(tacho, (record(2 * np.cos(angle + 0.8)),))
+    assert tracked.spectra[0].frequency.tolist() == [31, 32, 33, 34, 35, 36, 37]
+    np.testing.assert_allclose(tracked.spectra[0].values[:, 0], 2 * np.exp(0.8j), atol=0.02)
 
 
 FIRST_SECOND = TimeRecord(RECORD.values[:2048], RATE, RECORD.channels, RECORD.unit)

@@ -31,8 +31,10 @@ ACCELERANCE = ALL.select(outputs=INDICATORS)
 )
 def test_unit_of_a_response(function, source, response):
     assert unit_of_response(function, source) == response
-    one = Frf([1.0], [[[2.0]]], ("a",), ("b",), function) @ Spectrum([1.0], [[3.0]], ("b",), source)
-    assert one.unit == response
+    product = Frf([1.0], [[[2.0]]], ("a",), ("b",), function) @ Spectrum(
+        [1.0], [[3.0]], ("b",), source
+    )
+    assert product.unit == response
 
 
 @pytest.mark.parametrize(
@@ -44,24 +46,24 @@ def test_unit_of_a_response(function, source, response):
 )
 def test_names_travel_through_the_inversion(find, receiver):
     turned = RESPONSE.select(tuple(reversed(RESPONSE.channels)))
-    found = find(ACCELERANCE, turned)
-    assert (found.force.channels, found.force.unit) == (PATHS, "N")
-    assert found.receiver is receiver
-    assert found.indicators == INDICATORS
-    np.testing.assert_allclose(found.force.values, FORCE, rtol=1e-10)
-    assert found.inversion.condition_number.shape == (3,)
+    inverted = find(ACCELERANCE, turned)
+    assert (inverted.force.channels, inverted.force.unit) == (PATHS, "N")
+    assert inverted.receiver is receiver
+    assert inverted.indicators == INDICATORS
+    np.testing.assert_allclose(inverted.force.values, FORCE, rtol=1e-10)
+    assert inverted.inversion.condition_number.shape == (3,)
     with pytest.raises(ValueError, match="read-only"):
-        found.inversion.force[0] = 0
+        inverted.inversion.force[0] = 0
 
 
 def test_forces_from_mount_stiffness_by_name():
     stiffness = Spectrum(LINES, np.full((3, 2), 2e5 + 1e4j), PATHS, "N/m")
     above = Spectrum(LINES, [[3e-4, 1e-4]] * 3, PATHS[::-1], "m")
     below = Spectrum(LINES, [[1e-4, 2e-4, 9e-4]] * 3, (*PATHS[::-1], "Du x"), "m")
-    found = path_forces.forces_by_mount_stiffness(stiffness, above, below)
-    np.testing.assert_allclose(found.force.values, (2e5 + 1e4j) * np.array([[-1e-4, 2e-4]] * 3))
-    assert found.receiver is path_forces.Receiver.UNCOUPLED
-    assert found.inversion is None
+    forces = path_forces.forces_by_mount_stiffness(stiffness, above, below)
+    np.testing.assert_allclose(forces.force.values, (2e5 + 1e4j) * np.array([[-1e-4, 2e-4]] * 3))
+    assert forces.receiver is path_forces.Receiver.UNCOUPLED
+    assert forces.inversion is None
 
 
 def test_validation_with_sensors_kept_out():
@@ -80,16 +82,16 @@ def test_validation_with_sensors_kept_out():
 def test_a_path_of_two_pieces_is_per_newton_of_their_sum():
     points = Frf(LINES, VALUES[:, :2].repeat(2, axis=2)[:, :, :3], EARS, PIECES, "Pa/N")
     paths = {"TSM x": PIECES[:1], "Du x": PIECES[1:]}
-    found = noise_transfer_of_paths(points, paths, "passenger ear")
-    assert (found.outputs, found.inputs) == (EARS[1:], ("TSM x", "Du x"))
+    transfer = noise_transfer_of_paths(points, paths, "passenger ear")
+    assert (transfer.outputs, transfer.inputs) == (EARS[1:], ("TSM x", "Du x"))
     halves = 0.5 * (points.values[:, 1, 1] + points.values[:, 1, 2])
-    np.testing.assert_allclose(found.values[:, 0, 1], halves)
+    np.testing.assert_allclose(transfer.values[:, 0, 1], halves)
 
 
 def test_silence_gives_no_force():
-    found = invert_for_forces(VALUES, np.zeros((3, 6)))
-    assert not found.force.any()
-    assert not found.residual.any()
+    inverted = invert_for_forces(VALUES, np.zeros((3, 6)))
+    assert not inverted.force.any()
+    assert not inverted.residual.any()
 
 
 def test_noisy_sensors_count_less():

@@ -35,7 +35,7 @@ from deboom.physics.frf import FrfForm
 from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.platform_uncertainty import transfer_sources
 from deboom.vehicles.uncertain_data import UncertainData, run_noise
-from hammer_test import EXACT, InjectedFault, draw_hammer_test, measure
+from samples.hammer_test import EXACT, InjectedFault, draw_hammer_test, measure
 
 LINES = np.array([20.0, 30.0, 40.0])
 NOT_FINITE = np.array([0.0, np.nan, 1.0])

@@ -1,4 +1,4 @@
-"""What people do wrong in folders is named; benchmarks/mistakes.py builds many more."""
+"""What people do wrong in folders is named; tests/samples/mistakes.py builds many more."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from deboom.errors import DataWarning, InputError
 from deboom.files.platform import read_platform
 from deboom.vehicles.platform import MountSource
 from deboom.vehicles.plausibility import platform_findings
-from mistakes import MISTAKES, outcomes
+from samples.mistakes import MISTAKES, outcomes
 
 
 @pytest.fixture(scope="module")
@@ -141,8 +141,10 @@ def test_the_shipped_platform_is_plausible(platform):
     ],
 )  # fmt: skip
 def test_a_mistake_is_named(platform, fault, certain, sentence):
-    there = findings(fault(platform))
-    assert [one.certain for one in there if sentence in one.sentence] == [certain], there
+    named = findings(fault(platform))
+    assert [finding.certain for finding in named if sentence in finding.sentence] == [certain], (
+        named
+    )
 
 
 def test_a_study_refuses_what_is_certain_and_warns_of_the_rest(platform):
@@ -161,7 +163,11 @@ def test_folders_with_mistakes_of_each_kind_are_told_where():
         ("compressor", "acceleration in g labelled m/s2"),
         ("compressor", "drawn rotation of the mounts in radians"),
     }
-    wanted = [one for one in MISTAKES if (one.folder.value, one.name) in names]
+    wanted = [mistake for mistake in MISTAKES if (mistake.folder.value, mistake.name) in names]
     assert len(wanted) == len(names)
-    missed = [(one.mistake.name, one.sentences) for one in outcomes(41, wanted) if not one.named]
+    missed = [
+        (mistake.mistake.name, mistake.sentences)
+        for mistake in outcomes(41, wanted)
+        if not mistake.named
+    ]
     assert missed == []

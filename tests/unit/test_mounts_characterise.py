@@ -42,11 +42,11 @@ def result():
 
 def test_surfaces_are_the_true_stiffness(result):
     for column, name in enumerate([f"{m.name} {a}" for m in CARRIERS for a in AXES]):
-        one = result.directions[name]
-        samples = one.measured.samples(Preload.WHEEL_TORQUE)
-        modelled = one.surface.predict(samples.points, extrapolate=True)
+        direction = result.directions[name]
+        samples = direction.measured.samples(Preload.WHEEL_TORQUE)
+        modelled = direction.surface.predict(samples.points, extrapolate=True)
         assert modelled == pytest.approx(true_stiffness(samples.preload)[:, column], rel=1e-6)
-        assert one.complaint == ""
+        assert direction.complaint == ""
 
 
 def test_what_the_library_keeps(result):
@@ -65,16 +65,16 @@ def test_what_the_library_keeps(result):
     along_x = strut.direction("x")
     assert along_x.static_curve.force_uncertainty == 0.03
     assert strut.direction("y").static_curve is None
-    one = result.directions["S x"]
-    assert along_x.quality.half_width_95 == one.budget.half_width_95
+    direction_x = result.directions["S x"]
+    assert along_x.quality.half_width_95 == direction_x.budget.half_width_95
     assert along_x.quality.identified
-    assert along_x.surface is one.surface
+    assert along_x.surface is direction_x.surface
     # 7 N of static force per N m, see the samples
     assert along_x.settings[FORCE_PER_TORQUE] == pytest.approx(7.0)
-    assert along_x.quality.r2_real == one.surface.r2_real_
-    assert along_x.map_points.preload == pytest.approx(one.measured.static_force)
-    assert along_x.map_points.wheel_torque == pytest.approx(one.measured.wheel_torque)
-    assert along_x.map_points.dynamic_stiffness == pytest.approx(one.measured.stiffness)
+    assert along_x.quality.r2_real == direction_x.surface.r2_real_
+    assert along_x.map_points.preload == pytest.approx(direction_x.measured.static_force)
+    assert along_x.map_points.wheel_torque == pytest.approx(direction_x.measured.wheel_torque)
+    assert along_x.map_points.dynamic_stiffness == pytest.approx(direction_x.measured.stiffness)
     assert len(mounts["W"].direction("x").map_points) == 2 * len(along_x.map_points)
 
 
@@ -90,8 +90,10 @@ def test_record_states_tolerances_with_units(result):
 def test_chains_of_a_campaign_serve_all_its_mount_sets(result):
     given = characterise(result.campaign, "P1", chains=result.chains)
     assert given.chains == result.chains
-    for name, one in given.directions.items():
-        assert one.measured.stiffness == pytest.approx(result.directions[name].measured.stiffness)
+    for name, direction in given.directions.items():
+        assert direction.measured.stiffness == pytest.approx(
+            result.directions[name].measured.stiffness
+        )
 
 
 # ------------------------------------------------------------------ which runs
@@ -128,21 +130,21 @@ def test_reversed_channel_is_named_and_can_be_switched_off():
         characterise(campaign_of(rig), "P1")
     steps = []
     mended = campaign_of(replace(rig, switched_off=("A2 x",)))
-    found = characterise(mended, "P1", QUICK, lambda *step: steps.append(step))
+    mount = characterise(mended, "P1", QUICK, lambda *step: steps.append(step))
     assert [step[:2] for step in steps] == [(done, 4) for done in range(5)]
-    true = true_stiffness(found.directions["E x"].measured.wheel_torque)[:, 0]
-    assert found.directions["E x"].measured.stiffness == pytest.approx(true, rel=1e-6)
+    true = true_stiffness(mount.directions["E x"].measured.wheel_torque)[:, 0]
+    assert mount.directions["E x"].measured.stiffness == pytest.approx(true, rel=1e-6)
 
 
 def test_another_order_of_the_angles_is_named():
     """The sheet says RxRyRz, the sensors are turned by RzRyRx: five sensors disagree."""
 
-    def misread(one):
-        if one.kind is not SensorKind.ACCELEROMETER:
-            return one
-        angles = Rotation.from_matrix(one.orientation).as_euler("xyz")
+    def misread(axes):
+        if axes.kind is not SensorKind.ACCELEROMETER:
+            return axes
+        angles = Rotation.from_matrix(axes.orientation).as_euler("xyz")
         turned = rotation_matrix(angles, "RxRyRz")
-        return replace(one, orientation=turned, rotation_order="RxRyRz")
+        return replace(axes, orientation=turned, rotation_order="RxRyRz")
 
     sensors = tuple(map(misread, Rig().sensors))
     with pytest.raises(
@@ -160,7 +162,7 @@ def test_direction_that_was_never_loaded_leaves_the_others():
     # the floor lies above what moves along y, and below what moves along x
     tolerances = replace(EXACT, acceleration_floor=0.5)
     result = characterise(campaign_of(Rig(tolerances=tolerances)), "P1", QUICK)
-    lost = [name for name, one in result.directions.items() if one.surface is None]
+    lost = [name for name, direction in result.directions.items() if direction.surface is None]
     assert lost
     for name in lost:
         assert "lines near the floor" in result.directions[name].complaint
@@ -233,13 +235,13 @@ def test_forward_matrix_of_a_moved_and_a_turned_sensor(stated):
     moved = list(ACCELEROMETERS)
     moved[2] = replace(moved[2], position=moved[2].position + np.array([0.0, small, 0.0]))
     name = "position of sensor A3 along y"
-    found = stated.forward(one_parameter(stated, name, small))
-    assert found == pytest.approx(sensor_geometry(moved).forward, abs=1e-11)
+    forward = stated.forward(one_parameter(stated, name, small))
+    assert forward == pytest.approx(sensor_geometry(moved).forward, abs=1e-11)
 
     turn = rotation_matrix(np.array([0.0, 0.0, small]))
     moved[2] = replace(ACCELEROMETERS[2], orientation=ACCELEROMETERS[2].orientation @ turn)
-    found = stated.forward(one_parameter(stated, "angle of sensor A3 about its z", small))
-    assert found == pytest.approx(sensor_geometry(moved).forward, abs=1e-11)
+    forward = stated.forward(one_parameter(stated, "angle of sensor A3 about its z", small))
+    assert forward == pytest.approx(sensor_geometry(moved).forward, abs=1e-11)
 
 
 def test_gain_and_cross_axis_sensitivity_of_a_channel(stated):
@@ -248,8 +250,8 @@ def test_gain_and_cross_axis_sensitivity_of_a_channel(stated):
     assert stated.forward(one_parameter(stated, name, 0.01))[0] == pytest.approx(1.01 * nominal[0])
     for row, axis in ((1, "y"), (2, "z")):
         name = f"sensor cross-axis sensitivity of channel A1 x to {axis}"
-        found = stated.forward(one_parameter(stated, name, 0.01))[0]
-        assert found == pytest.approx(nominal[0] + 0.01 * nominal[row])
+        forward = stated.forward(one_parameter(stated, name, 0.01))[0]
+        assert forward == pytest.approx(nominal[0] + 0.01 * nominal[row])
 
 
 def test_a_tilted_shaker_changes_the_force_as_its_definition_says(stated):
@@ -283,11 +285,11 @@ def test_newtons_law_ties_the_cells_to_the_sensors():
     name = "angle of the shaker at E along x towards y"
     place = chain.names.index(name)
     assert self_calibrated(chain, [replace(record, cell_force=leaked)]).mean[place] == 0.0
-    found = self_calibrated(chain, [replace(record, cell_force=leaked)], FREE)
-    deviation = np.sqrt(found.covariance[place, place])
+    calibrated = self_calibrated(chain, [replace(record, cell_force=leaked)], FREE)
+    deviation = np.sqrt(calibrated.covariance[place, place])
     assert deviation < 0.8 * 0.01
-    assert 0.006 < found.mean[place] < 0.02
-    assert abs(found.mean[place] - 0.02) < 3 * deviation
+    assert 0.006 < calibrated.mean[place] < 0.02
+    assert abs(calibrated.mean[place] - 0.02) < 3 * deviation
 
 
 @pytest.mark.parametrize("free_body", [None, FREE])
@@ -299,40 +301,42 @@ def test_errors_are_as_large_as_the_covariance_says(free_body):
         gains = 0.01 * np.random.default_rng(seed).standard_normal(len(names))
         wrong = dict(zip(names, 1 + gains, strict=True))
         chain, records = chain_of(Rig(NOISY, channel_gain=wrong, noise=0.02, seed=seed))
-        found = self_calibrated(chain, records, free_body)
+        calibrated = self_calibrated(chain, records, free_body)
         places = [chain.names.index(f"sensor gain of channel {name}") for name in names]
-        error = found.mean[places] - gains
+        error = calibrated.mean[places] - gains
         # and each sensor learnt from the others
-        assert np.median(np.diag(found.covariance)[places]) < 0.8 * 0.01**2
-        squares.append(error @ np.linalg.solve(found.covariance[np.ix_(places, places)], error))
+        assert np.median(np.diag(calibrated.covariance)[places]) < 0.8 * 0.01**2
+        squares.append(
+            error @ np.linalg.solve(calibrated.covariance[np.ix_(places, places)], error)
+        )
     assert 0.7 < np.mean(squares) / len(names) < 1.5
 
 
 def test_exact_channels_stay_as_they_are():
     chain, records = chain_of(Rig(tolerances=GOOD_2))
-    found = self_calibrated(chain, records, FREE)
-    assert np.all(np.abs(found.mean) < 1e-6 + 1e-3 * chain.tolerance)
-    assert dict(found.misfit).keys() == {RIGID_MOTION, NEWTON}
-    assert all(value < 1e-3 for _, value in found.misfit)
+    calibrated = self_calibrated(chain, records, FREE)
+    assert np.all(np.abs(calibrated.mean) < 1e-6 + 1e-3 * chain.tolerance)
+    assert dict(calibrated.misfit).keys() == {RIGID_MOTION, NEWTON}
+    assert all(value < 1e-3 for _, value in calibrated.misfit)
 
 
 def test_a_force_that_newton_does_not_know_loses_its_say():
     """A fourth path to ground must not be taken for a tilted shaker."""
     clean = self_calibrated(*chain_of(Rig(tolerances=GOOD_2)), FREE)
-    found = self_calibrated(*chain_of(Rig(tolerances=GOOD_2, extra_force=60.0)), FREE)
-    assert dict(found.misfit)[NEWTON] > 100
-    assert dict(found.misfit)[RIGID_MOTION] < 0.01
-    known = chain_of(Rig(tolerances=GOOD_2))[0].tolerance
-    shakers = [k for k, one in enumerate(clean.alignment.sources) if "SHAKER" in one.name]
-    assert np.all(np.abs(found.mean[shakers]) < 3 * known[shakers])
+    calibrated = self_calibrated(*chain_of(Rig(tolerances=GOOD_2, extra_force=60.0)), FREE)
+    assert dict(calibrated.misfit)[NEWTON] > 100
+    assert dict(calibrated.misfit)[RIGID_MOTION] < 0.01
+    tolerance = chain_of(Rig(tolerances=GOOD_2))[0].tolerance
+    shakers = [k for k, source in enumerate(clean.alignment.sources) if "SHAKER" in source.name]
+    assert np.all(np.abs(calibrated.mean[shakers]) < 3 * tolerance[shakers])
     # next to nothing was learnt
-    gained = np.sqrt(np.diag(found.covariance)[shakers]) / known[shakers]
-    learnt = np.sqrt(np.diag(clean.covariance)[shakers]) / known[shakers]
+    gained = np.sqrt(np.diag(calibrated.covariance)[shakers]) / tolerance[shakers]
+    learnt = np.sqrt(np.diag(clean.covariance)[shakers]) / tolerance[shakers]
     assert np.median(gained) > np.median(learnt)
     # unless it is named among the excitations
     told = replace(FREE, excited=("fz", "mx", "my"))
-    found = self_calibrated(*chain_of(Rig(tolerances=GOOD_2, extra_force=60.0)), told)
-    assert dict(found.misfit)[NEWTON] < 100
+    calibrated = self_calibrated(*chain_of(Rig(tolerances=GOOD_2, extra_force=60.0)), told)
+    assert dict(calibrated.misfit)[NEWTON] < 100
 
 
 def test_impossible_channel_is_refused_by_name():
@@ -347,11 +351,11 @@ def test_single_sensor_has_nothing_to_contradict_it():
     campaign = campaign_of(Rig(tolerances=GOOD_2))
     side = measuring_chain.instrumented_bodies(campaign)[1]
     stated = measuring_chain.alignment(side, GOOD_2)
-    found = self_calibrated(
+    calibrated = self_calibrated(
         stated, [measuring_chain.body_record(side, campaign.runs, GOOD_2)], FREE
     )
-    assert found.mean.tolist() == [0.0] * len(stated.names)
-    assert np.diag(found.covariance) == pytest.approx(stated.tolerance**2)
+    assert calibrated.mean.tolist() == [0.0] * len(stated.names)
+    assert np.diag(calibrated.covariance) == pytest.approx(stated.tolerance**2)
     assert measuring_chain.ErrorSource.SENSOR_POSITION not in stated.sources
     assert measuring_chain.ErrorSource.CELL_GAIN in stated.sources
 
@@ -367,7 +371,7 @@ def characterised(draws=200, **tolerances):
 
 def budgets_of(draws=200, **tolerances):
     directions = characterised(draws, **tolerances).directions
-    return {name: one.budget for name, one in directions.items()}
+    return {name: direction.budget for name, direction in directions.items()}
 
 
 @pytest.fixture(scope="module")
@@ -397,28 +401,28 @@ def test_shaker_gain_alone_is_the_gain_of_the_force(gains):
 
 
 def test_all_together_are_each_alone_in_squares(gains):
-    for one in gains.values():
-        squares = np.sqrt(sum(width**2 for width in one.sources.values()))
-        assert one.half_width_95 == pytest.approx(squares, rel=0.2)
+    for gain in gains.values():
+        squares = np.sqrt(sum(width**2 for width in gain.sources.values()))
+        assert gain.half_width_95 == pytest.approx(squares, rel=0.2)
 
 
 def test_nothing_unknown_leaves_the_misfit():
-    for name, one in budgets_of().items():
+    for name, budget in budgets_of().items():
         # cubics in the wheel torque hold a stiffness that grows linearly with it
-        assert one.misfit < 1e-9, name
-        assert one.half_width_95 < 1e-8, name
-        assert one.identified
+        assert budget.misfit < 1e-9, name
+        assert budget.half_width_95 < 1e-8, name
+        assert budget.identified
 
 
 def test_shaker_angle_leaks_the_large_forces_into_the_small_ones():
     result = characterised(shaker_angle=0.01)
     for axis, others in (("x", "yz"), ("y", "xz"), ("z", "xy")):
-        own = np.abs(result.directions[f"G {axis}"].measured.force)
+        force = np.abs(result.directions[f"G {axis}"].measured.force)
         across = [np.abs(result.directions[f"G {a}"].measured.force) for a in others]
         # what enters in phase counts, hence at most the squares of both
-        upper = TWO_SIDED * 0.01 * np.median(np.sqrt(sum(a**2 for a in across)) / own)
-        found = result.directions[f"G {axis}"].budget.half_width_95
-        assert 0.3 * upper < found < 1.3 * upper
+        upper = TWO_SIDED * 0.01 * np.median(np.sqrt(sum(a**2 for a in across)) / force)
+        half_width = result.directions[f"G {axis}"].budget.half_width_95
+        assert 0.3 * upper < half_width < 1.3 * upper
     assert not result.directions["G y"].budget.identified
     assert result.directions["G y"].budget.half_width_95 > IDENTIFIED
 
@@ -426,10 +430,10 @@ def test_shaker_angle_leaks_the_large_forces_into_the_small_ones():
 def test_noise_of_single_lines_shrinks_in_the_surface():
     rig = Rig(tolerances=replace(EXACT, acceleration_own=0.02, force_own=0.02), noise=0.02)
     options = CharacteriseOptions(gears=None, self_calibration=False)
-    one = characterise(campaign_of(rig), "P1", options).directions["W x"].budget
+    budget = characterise(campaign_of(rig), "P1", options).directions["W x"].budget
     # magnitude of a quotient of two; 492 lines for 40 coefficients
-    assert one.half_width_95 < 0.6 * TWO_SIDED * 0.02
-    assert max(one.sources.values()) < 1e-12
+    assert budget.half_width_95 < 0.6 * TWO_SIDED * 0.02
+    assert max(budget.sources.values()) < 1e-12
 
 
 def test_noise_beyond_what_is_stated_is_misfit():
@@ -438,13 +442,13 @@ def test_noise_beyond_what_is_stated_is_misfit():
     rig = Rig(tolerances=replace(EXACT, **stated), noise=0.02)
     options = CharacteriseOptions(gears=None, self_calibration=False)
     direction = characterise(campaign_of(rig), "P1", options).directions["W x"]
-    one, measured = direction.budget, direction.measured.stiffness
-    fitted = direction.surface.predict(one.points)
+    budget, measured = direction.budget, direction.measured.stiffness
+    fitted = direction.surface.predict(budget.points)
     squares = np.mean((np.abs(measured / fitted) - 1) ** 2) - 0.01**2
-    assert one.misfit == pytest.approx(np.sqrt(squares), rel=0.05)
+    assert budget.misfit == pytest.approx(np.sqrt(squares), rel=0.05)
     of_imag = (measured - fitted).imag ** 2 - (0.01 * np.abs(fitted)) ** 2
     half_width = TWO_SIDED * np.sqrt(np.mean(of_imag / fitted.imag**2))
-    assert one.imag_half_width_95 == pytest.approx(half_width, rel=0.05)
+    assert budget.imag_half_width_95 == pytest.approx(half_width, rel=0.05)
 
 
 def test_torque_noise_counts_through_the_slope():
@@ -453,15 +457,15 @@ def test_torque_noise_counts_through_the_slope():
 
 
 def test_the_band_is_about_the_surface_at_its_points(gains):
-    one = gains["S x"]
-    true = true_stiffness(one.points[:, 0])[:, 6]
-    assert one.points.shape == (one.lower.size, 3)
-    assert np.all(one.lower < 0)
-    assert np.all(one.upper > 0)
-    assert np.median(one.upper - one.lower) / 2 == one.half_width_95
-    assert np.median(one.imag_half_width) == one.imag_half_width_95
+    gain = gains["S x"]
+    true = true_stiffness(gain.points[:, 0])[:, 6]
+    assert gain.points.shape == (gain.lower.size, 3)
+    assert np.all(gain.lower < 0)
+    assert np.all(gain.upper > 0)
+    assert np.median(gain.upper - gain.lower) / 2 == gain.half_width_95
+    assert np.median(gain.imag_half_width) == gain.imag_half_width_95
     # gains turn no phase
-    assert one.imag_half_width == pytest.approx((one.upper - one.lower) / 2, rel=0.2)
+    assert gain.imag_half_width == pytest.approx((gain.upper - gain.lower) / 2, rel=0.2)
     assert np.all(np.abs(true) > 0)
 
 

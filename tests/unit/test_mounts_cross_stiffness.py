@@ -38,11 +38,11 @@ def judged(angle, cross=0.0):
 
 @pytest.mark.parametrize("angle", [10.0, 30.0, -25.0])
 def test_an_unstated_angle_is_named(angle):
-    found = judged(angle)
-    assert found.clear
-    named = np.rad2deg(found.angles)
+    finding = judged(angle)
+    assert finding.clear
+    named = np.rad2deg(finding.angles)
     np.testing.assert_allclose(named, [0.0, angle, 0.0], atol=2.0)
-    assert f"{abs(angle):.0f} deg would do" in found.sentence
+    assert f"{abs(angle):.0f} deg would do" in finding.sentence
 
 
 def test_parallel_mounts_raise_no_alarm():
@@ -51,9 +51,9 @@ def test_parallel_mounts_raise_no_alarm():
 
 
 def test_cross_stiffness_that_no_angle_explains_is_said():
-    found = judged(0.0, cross=8e4)
-    assert found.clear
-    assert "no angle explains it" in found.sentence
+    finding = judged(0.0, cross=8e4)
+    assert finding.clear
+    assert "no angle explains it" in finding.sentence
 
 
 def test_a_stated_angle_is_no_alarm():
@@ -64,5 +64,5 @@ def test_a_stated_angle_is_no_alarm():
     stated = ((0.0, np.deg2rad(30.0), 0.0),)
     for rotations, alarm in (((), True), (stated, False)):
         mount = Mount("GeM", "", ("",), ((0.0, 0.0, 0.0),), ("x", "y", "z"), rotations=rotations)
-        (found,) = cross_stiffness_of_runs([mount], [case])
-        assert found.clear == alarm
+        (finding,) = cross_stiffness_of_runs([mount], [case])
+        assert finding.clear == alarm

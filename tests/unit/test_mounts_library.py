@@ -216,11 +216,11 @@ _PROCESSES = multiprocessing.get_context("forkserver" if os.name == "posix" else
 
 
 def _postgres(program):
-    found = shutil.which(program)
-    if found is None:
+    path = shutil.which(program)
+    if path is None:
         installed = sorted(Path("/usr/lib/postgresql").glob(f"*/bin/{program}"))
-        found = str(installed[-1]) if installed else None
-    return found
+        path = str(installed[-1]) if installed else None
+    return path
 
 
 @pytest.fixture(scope="module")
@@ -435,7 +435,7 @@ def test_a_database_in_another_encoding_is_read_and_written_or_refused(postgres_
         if encoding == "LATIN1":
             with pytest.raises(InputError, match=r"cannot keep this name .*use a database in UTF8"):
                 database.add([campaign("summer")], [mount(serial="λ", campaign_name="summer")])
-            assert [one.name for one in database.campaigns()] == ["spring"]
+            assert [campaign_row.name for campaign_row in database.campaigns()] == ["spring"]
         else:
             database.add([campaign()], [greek])
             assert_same(database.load(greek.identity), greek)

@@ -60,15 +60,15 @@ def test_dead_channel_of_any_body(name, left, tolerances):
 
 def with_side_sensors(monkeypatch, angles):
     """Turn the sensors of both wheel ends, in truth and on the position sheet."""
-    turned = {one.name: replace(one, orientation=rotation_matrix(angles)) for one in SIDES}
+    turned = {side.name: replace(side, orientation=rotation_matrix(angles)) for side in SIDES}
     monkeypatch.setattr("mounts_campaign_samples.SIDES", tuple(turned.values()))
-    return tuple(turned.get(one.name, one) for one in Rig().sensors)
+    return tuple(turned.get(side.name, side) for side in Rig().sensors)
 
 
 def test_wheel_end_without_any_error_shows_nothing_across_its_motion(monkeypatch):
     """An exact sensor across an exact motion reads 0, and is not dead for that."""
-    known = with_side_sensors(monkeypatch, (0.0, 0.0, 0.0))
-    _, left, right = records_of(sensors=known)
+    clean = with_side_sensors(monkeypatch, (0.0, 0.0, 0.0))
+    _, left, right = records_of(sensors=clean)
     for record in (left, right):
         assert np.all(record.acceleration[:, 1:] == 0)
         assert np.all(record.acceleration[:, 0] != 0)
@@ -76,17 +76,17 @@ def test_wheel_end_without_any_error_shows_nothing_across_its_motion(monkeypatch
 
 def test_the_same_reading_is_dead_where_the_bench_states_its_errors(monkeypatch):
     """With stated tilt and cross-talk a channel across the motion cannot read 0."""
-    known = with_side_sensors(monkeypatch, (0.0, 0.0, 0.0))
+    clean = with_side_sensors(monkeypatch, (0.0, 0.0, 0.0))
     with pytest.raises(InputError, match="channel 'A8 y' is dead"):
-        records_of(sensors=known, tolerances=Tolerances())
+        records_of(sensors=clean, tolerances=Tolerances())
 
 
 def maps_of(campaign, tolerances=None):
-    known = campaign.tolerances if tolerances is None else tolerances
+    stated = campaign.tolerances if tolerances is None else tolerances
     bodies = measuring_chain.instrumented_bodies(campaign)
-    records = [measuring_chain.body_record(body, campaign.runs, known) for body in bodies]
+    records = [measuring_chain.body_record(body, campaign.runs, stated) for body in bodies]
     chains = [
-        measuring_chain.stated_alignment(measuring_chain.alignment(body, known)) for body in bodies
+        measuring_chain.stated_alignment(measuring_chain.alignment(body, stated)) for body in bodies
     ]
     return operating_maps(chains, records)
 
@@ -101,12 +101,12 @@ def test_displacement_force_and_stiffness_are_the_true_ones(maps):
     forward = forward_matrices([mount.positions[0] for mount in CARRIERS])
     displacement = np.column_stack([motion @ forward.T, side])
     assert list(maps) == [*(f"{mount.name} {axis}" for mount in CARRIERS for axis in "xyz"), "W x"]
-    for column, one in enumerate(maps.values()):
-        n_pieces = 2 if one.mount == "W" else 1
-        assert one.displacement == pytest.approx(np.tile(displacement[:, column], n_pieces))
-        assert one.force == pytest.approx(np.tile(force[:, column], n_pieces))
-        assert one.stiffness == pytest.approx(np.tile(stiffness[:, column], n_pieces))
-        assert one.amplitude == pytest.approx(np.abs(one.displacement))
+    for column, mapped in enumerate(maps.values()):
+        n_pieces = 2 if mapped.mount == "W" else 1
+        assert mapped.displacement == pytest.approx(np.tile(displacement[:, column], n_pieces))
+        assert mapped.force == pytest.approx(np.tile(force[:, column], n_pieces))
+        assert mapped.stiffness == pytest.approx(np.tile(stiffness[:, column], n_pieces))
+        assert mapped.amplitude == pytest.approx(np.abs(mapped.displacement))
 
 
 def test_loss_factor_and_pieces(maps):
@@ -117,20 +117,20 @@ def test_loss_factor_and_pieces(maps):
 
 
 def test_preload_is_wheel_torque_or_static_force_of_the_direction(maps):
-    one = maps["E z"]
+    mapped = maps["E z"]
     torque = RATIO * engine_torque(RAMP)
-    assert one.preload(Preload.WHEEL_TORQUE) == pytest.approx(torque)
-    assert one.preload(Preload.STATIC_FORCE) == pytest.approx(3 * torque)
+    assert mapped.preload(Preload.WHEEL_TORQUE) == pytest.approx(torque)
+    assert mapped.preload(Preload.STATIC_FORCE) == pytest.approx(3 * torque)
     assert (Preload.WHEEL_TORQUE.unit, Preload.STATIC_FORCE.unit) == ("N m", "N")
-    samples = one.samples(Preload.WHEEL_TORQUE)
+    samples = mapped.samples(Preload.WHEEL_TORQUE)
     assert samples.preload == pytest.approx(torque)
     assert samples.stiffness == pytest.approx(true_stiffness(torque)[:, 2])
 
 
 def test_switched_off_channel_is_not_missed():
     rig = Rig(ramps=(RAMP,), switched_off=("A2 y",), channel_gain={"A2 y": 30.0})
-    found = maps_of(campaign_of(rig))["S y"].stiffness
-    assert found == pytest.approx(steady_state(RAMP)[3][:, 7])
+    stiffness = maps_of(campaign_of(rig))["S y"].stiffness
+    assert stiffness == pytest.approx(steady_state(RAMP)[3][:, 7])
 
 
 # ------------------------------------------------------------------ noise, repeats, mask
@@ -141,27 +141,27 @@ NOISY = Tolerances(**{**EXACT.__dict__, "acceleration_own": 0.05, "force_own": 0
 def test_repeats_become_one_line_and_average_noise():
     ramps = tuple(Ramp(120.0, repeat=n) for n in range(1, 41))
     campaign = campaign_of(Rig(tolerances=NOISY, ramps=ramps, noise=0.05))
-    one = maps_of(campaign)["E x"]
-    assert len(one) == FREQUENCY.size
+    mapped = maps_of(campaign)["E x"]
+    assert len(mapped) == FREQUENCY.size
     true = steady_state(ramps[0])[3][:, 0]
     single = maps_of(campaign_of(Rig(tolerances=NOISY, ramps=ramps[:1], noise=0.05)))["E x"]
-    error, of_single = (np.std(x.stiffness / true - 1) for x in (one, single))
+    error, of_single = (np.std(x.stiffness / true - 1) for x in (mapped, single))
     assert error < of_single / 4  # √40 = 6.3
-    assert one.displacement_noise == pytest.approx(single.displacement_noise / 40**0.5, rel=0.2)
-    assert one.force_noise == pytest.approx(single.force_noise / 40**0.5, rel=0.2)
+    assert mapped.displacement_noise == pytest.approx(single.displacement_noise / 40**0.5, rel=0.2)
+    assert mapped.force_noise == pytest.approx(single.force_noise / 40**0.5, rel=0.2)
 
 
 def test_noise_of_a_mean_over_four_repeats_is_half_of_that_of_one():
     ramps = tuple(Ramp(120.0, repeat=n) for n in range(1, 5))
-    known = replace(EXACT, torque=1.0, acceleration_floor=0.1, force_floor=2.0)
-    campaign = campaign_of(Rig(tolerances=known, ramps=ramps))
+    tolerances = replace(EXACT, torque=1.0, acceleration_floor=0.1, force_floor=2.0)
+    campaign = campaign_of(Rig(tolerances=tolerances, ramps=ramps))
     body = measuring_chain.instrumented_bodies(campaign)[0]
-    several, one = (
-        measuring_chain.body_record(body, campaign.runs[:n], known).mean_over_repeats()
+    several, single = (
+        measuring_chain.body_record(body, campaign.runs[:n], tolerances).mean_over_repeats()
         for n in (4, 1)
     )
     for name in ("wheel_torque_noise", "acceleration_noise", "cell_noise"):
-        np.testing.assert_allclose(getattr(several, name), getattr(one, name) / 2)
+        np.testing.assert_allclose(getattr(several, name), getattr(single, name) / 2)
 
 
 def test_repeats_with_another_zero_mark_of_the_tacho_do_not_cancel():
@@ -175,10 +175,10 @@ def test_repeats_with_another_zero_mark_of_the_tacho_do_not_cancel():
         )
         for run, turn in zip(campaign.runs, (1, -1, 1j), strict=True)
     )
-    for name, one in maps_of(replace(campaign, runs=turned)).items():
+    for name, mapped in maps_of(replace(campaign, runs=turned)).items():
         same = maps_of(campaign)[name]
-        assert one.displacement == pytest.approx(same.displacement)
-        assert one.stiffness == pytest.approx(same.stiffness)
+        assert mapped.displacement == pytest.approx(same.displacement)
+        assert mapped.stiffness == pytest.approx(same.stiffness)
 
 
 def test_noise_of_both_sides_does_not_bias_the_stiffness_of_repeats():
@@ -198,9 +198,9 @@ def test_confidence_is_what_the_noise_leaves_of_a_coherence(repeats):
     """Repeats that agree by luck are no surer than their noise."""
     tolerances = Tolerances(**{**EXACT.__dict__, "acceleration_own": 0.1})
     ramps = tuple(Ramp(120.0, repeat=n) for n in range(1, repeats + 1))
-    one = maps_of(campaign_of(Rig(tolerances=tolerances, ramps=ramps)))["W x"]
+    mapped = maps_of(campaign_of(Rig(tolerances=tolerances, ramps=ramps)))["W x"]
     # of the sensor's three channels the one along x counts: cos²(5°) …
-    assert one.confidence == pytest.approx(1 / (1 + 0.1**2), rel=2e-3)
+    assert mapped.confidence == pytest.approx(1 / (1 + 0.1**2), rel=2e-3)
 
 
 def test_lines_near_the_floor_are_masked():
@@ -216,19 +216,19 @@ def test_lines_near_the_floor_are_masked():
     gain = with_floor(1.0).displacement_noise * OMEGA_2
     assert gain == pytest.approx(gain[0], rel=1e-9)
     assert 1 / 5**0.5 < gain[0] < 1.5
-    one = with_floor(1.001 * float(np.median(s * OMEGA_2)) / gain[0] / 10)
-    expected = s < 10 * one.displacement_noise
-    assert one.near_floor.tolist() == expected.tolist()
+    mapped = with_floor(1.001 * float(np.median(s * OMEGA_2)) / gain[0] / 10)
+    expected = s < 10 * mapped.displacement_noise
+    assert mapped.near_floor.tolist() == expected.tolist()
     assert 0.3 < expected.mean() < 0.7
-    assert len(one.samples(Preload.WHEEL_TORQUE)) == np.count_nonzero(~expected)
+    assert len(mapped.samples(Preload.WHEEL_TORQUE)) == np.count_nonzero(~expected)
 
 
 def test_direction_that_was_never_loaded():
     tolerances = Tolerances(**{**EXACT.__dict__, "acceleration_floor": 1e4})
-    one = maps_of(campaign_of(Rig(tolerances=tolerances, ramps=(RAMP,))))["G y"]
-    assert one.near_floor.all()
+    mapped = maps_of(campaign_of(Rig(tolerances=tolerances, ramps=(RAMP,))))["G y"]
+    assert mapped.near_floor.all()
     with pytest.raises(InputError, match="G y was never loaded: in all 41 lines"):
-        one.samples(Preload.WHEEL_TORQUE)
+        mapped.samples(Preload.WHEEL_TORQUE)
 
 
 # ------------------------------------------------------------------ bad input
@@ -286,9 +286,9 @@ def run(stiffness=STIFFNESS, scale_right=1.0):
 def test_mean_is_over_lines_of_the_band_and_over_pieces():
     inside = (FREQUENCY_3 >= 25) & (FREQUENCY_3 <= 30)
     wanted = np.abs(STIFFNESS[inside]).mean() * 1.1
-    found = mean_operating_stiffness(DU, run(scale_right=1.2), (25.0, 30.0))
-    assert found[0] == pytest.approx(wanted, rel=1e-12)
-    assert np.isnan(found[1:]).all()
+    means = mean_operating_stiffness(DU, run(scale_right=1.2), (25.0, 30.0))
+    assert means[0] == pytest.approx(wanted, rel=1e-12)
+    assert np.isnan(means[1:]).all()
 
 
 def test_a_band_without_lines_is_refused():

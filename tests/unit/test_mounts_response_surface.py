@@ -52,11 +52,11 @@ def test_least_squares_are_those_of_the_normal_singular_values(weighted):
     observed = np.column_stack([rows[:, 0] * rows[:, 2], np.exp(rows[:, 1] * 1e4)])
     observed += 0.1 * observed.std(axis=0) * random.standard_normal(observed.shape)
     weight = random.uniform(0.5, 2.0, 400) if weighted else np.ones(400)
-    found = PiecewiseCubicRegressor(pieces=1).fit(rows, observed, weight)
-    terms = found._terms(rows, 0)
+    fitted = PiecewiseCubicRegressor(pieces=1).fit(rows, observed, weight)
+    terms = fitted._terms(rows, 0)
     left, singular, right = np.linalg.svd(np.sqrt(weight)[:, None] * terms, full_matrices=False)
     exact = terms @ (right.T / singular @ left.T @ (np.sqrt(weight)[:, None] * observed))
-    assert np.abs(found.predict(rows) - exact).max() <= 1e-12 * np.abs(observed).max()
+    assert np.abs(fitted.predict(rows) - exact).max() <= 1e-12 * np.abs(observed).max()
 
 
 def test_a_constant_column_is_harmless_and_guarded():

@@ -46,8 +46,8 @@ def mount(**new):
         MountIdentity("spring", "TSM", "M1"),
         Mount("TSM", "", ("",), ((0.2, 0.0, -0.3),), ("x",)),
         tuple(
-            CharacterisedDirection(axis, own, DirectionQuality(identified=False))
-            for axis, own in directions.items()
+            CharacterisedDirection(axis, direction, DirectionQuality(identified=False))
+            for axis, direction in directions.items()
         ),
         {},
     )
@@ -61,8 +61,8 @@ def test_a_surface_over_the_force_along_the_main_axis():
     surface = surface_forces.surface_over_main_force(mount(), "z")
     assert surface.preload_unit == "N"
     assert surface.n_lines_ == len(TORQUES) * (FREQUENCY.size - 2)
-    found = surface.predict([1000.0, 1.6e-4, 40.0], extrapolate=True)
-    assert found == pytest.approx(1e5 + 50e3 + 4e3 + 2e3j, rel=1e-3)
+    force = surface.predict([1000.0, 1.6e-4, 40.0], extrapolate=True)
+    assert force == pytest.approx(1e5 + 50e3 + 4e3 + 2e3j, rel=1e-3)
 
 
 def test_noise_of_the_static_force_is_smoothed_run_by_run():
@@ -246,43 +246,43 @@ THIRTY = 0.04 * RNG.standard_normal(30)
 
 def test_thirty_parts_have_the_textbooks_interval():
     """Chi-square with 29 degrees of freedom: 16.047 and 45.722 (any table of quantiles)."""
-    found = part_scatter.direction_scatter("TSM x", THIRTY)
+    scatter = part_scatter.direction_scatter("TSM x", THIRTY)
     variance = THIRTY.var(ddof=1)
-    assert found.sigma == pytest.approx(np.sqrt(variance), rel=1e-12)
+    assert scatter.sigma == pytest.approx(np.sqrt(variance), rel=1e-12)
     expected = np.sqrt(29.0 * variance / [45.722, 16.047])
-    assert [found.lower, found.upper] == pytest.approx(expected, rel=1e-4)
-    assert (found.prior_share, found.note, found.n_batches) == (0.0, "", 0)
+    assert [scatter.lower, scatter.upper] == pytest.approx(expected, rel=1e-4)
+    assert (scatter.prior_share, scatter.note, scatter.n_batches) == (0.0, "", 0)
 
 
 def test_few_parts_are_combined_with_the_prior():
     """Scaled inverse chi-square: degrees of freedom add up, and so do sums of squares."""
     values, prior = THIRTY[:6], part_scatter.ScatterPrior(0.08, 10.0)
-    found = part_scatter.direction_scatter("TSM x", values, prior=prior)
+    scatter = part_scatter.direction_scatter("TSM x", values, prior=prior)
     combined = (10.0 * 0.08**2 + 5.0 * values.var(ddof=1)) / 15.0
-    assert found.sigma == pytest.approx(np.sqrt(combined), rel=1e-12)
-    assert found.prior_share == pytest.approx(10.0 / 15.0)
-    assert found.note == "67 % assumed, 6 parts"
+    assert scatter.sigma == pytest.approx(np.sqrt(combined), rel=1e-12)
+    assert scatter.prior_share == pytest.approx(10.0 / 15.0)
+    assert scatter.note == "67 % assumed, 6 parts"
     # 15 degrees of freedom: 6.2621 and 27.488
     expected = np.sqrt(15.0 * combined / [27.488, 6.2621])
-    assert [found.lower, found.upper] == pytest.approx(expected, rel=1e-4)
+    assert [scatter.lower, scatter.upper] == pytest.approx(expected, rel=1e-4)
 
 
 def test_without_parts_the_prior_stands_alone():
-    found = part_scatter.direction_scatter("TSM x", np.empty(0))
-    assert found.sigma == pytest.approx(0.05)
-    assert found.note == "assumed: not identified in every part, or fewer than two parts"
-    assert np.isnan(found.observed)
-    assert not found.dominated
+    scatter = part_scatter.direction_scatter("TSM x", np.empty(0))
+    assert scatter.sigma == pytest.approx(0.05)
+    assert scatter.note == "assumed: not identified in every part, or fewer than two parts"
+    assert np.isnan(scatter.observed)
+    assert not scatter.dominated
 
 
 def test_measuring_is_taken_off_and_said_when_it_dominates():
     error = np.full(30, 0.02)
-    found = part_scatter.direction_scatter("TSM x", THIRTY, error)
-    assert found.sigma**2 == pytest.approx(THIRTY.var(ddof=1) - 0.02**2)
+    scatter = part_scatter.direction_scatter("TSM x", THIRTY, error)
+    assert scatter.sigma**2 == pytest.approx(THIRTY.var(ddof=1) - 0.02**2)
     bare = part_scatter.direction_scatter("TSM x", THIRTY)
-    assert found.upper**2 == pytest.approx(bare.upper**2 - 0.02**2)
+    assert scatter.upper**2 == pytest.approx(bare.upper**2 - 0.02**2)
     common = part_scatter.direction_scatter("TSM x", THIRTY, error, has_common=True)
-    assert (common.sigma, common.lower, common.upper) == (found.sigma, found.lower, bare.upper)
+    assert (common.sigma, common.lower, common.upper) == (scatter.sigma, scatter.lower, bare.upper)
     lost = part_scatter.direction_scatter("TSM x", 0.02 * THIRTY / THIRTY.std(ddof=1), error)
     assert (lost.sigma, lost.lower) == (0.0, 0.0)
     assert lost.upper > 0.0
@@ -292,20 +292,20 @@ def test_measuring_is_taken_off_and_said_when_it_dominates():
 def test_batches_add_their_scatter():
     """Two variances by hand: balanced one-way analysis of variance."""
     of_batch = np.repeat([0.03, -0.03, 0.01, -0.01, 0.0], 6)
-    own = np.tile([0.01, -0.01, 0.02, -0.02, 0.005, -0.005], 5)
+    of_part = np.tile([0.01, -0.01, 0.02, -0.02, 0.005, -0.005], 5)
     labels = np.repeat(list("abcde"), 6)
-    found = part_scatter.direction_scatter("TSM x", of_batch + own, batches=labels)
+    scatter = part_scatter.direction_scatter("TSM x", of_batch + of_part, batches=labels)
     between = 6.0 * np.var([0.03, -0.03, 0.01, -0.01, 0.0], ddof=1)
-    within = (own**2).sum() / 25.0
+    within = (of_part**2).sum() / 25.0
     total = between / 6.0 + (1.0 - 1.0 / 6.0) * within
-    assert found.sigma == pytest.approx(np.sqrt(total))
-    assert found.n_batches == 5
+    assert scatter.sigma == pytest.approx(np.sqrt(total))
+    assert scatter.n_batches == 5
     # few batches count little: the interval is wider than that of 30 parts of no batch
-    bare = part_scatter.direction_scatter("TSM x", of_batch + own)
-    assert found.upper / found.sigma > 1.3 * bare.upper / bare.sigma
-    one = part_scatter.direction_scatter("TSM x", THIRTY, batches=["a"] * 30)
-    assert one.note == "one batch: what batches differ by is not in it"
-    share = part_scatter.batch_share((of_batch + own)[:, None], labels)
+    bare = part_scatter.direction_scatter("TSM x", of_batch + of_part)
+    assert scatter.upper / scatter.sigma > 1.3 * bare.upper / bare.sigma
+    single_batch = part_scatter.direction_scatter("TSM x", THIRTY, batches=["a"] * 30)
+    assert single_batch.note == "one batch: what batches differ by is not in it"
+    share = part_scatter.batch_share((of_batch + of_part)[:, None], labels)
     exact = (between - within) / (between + 5.0 * within)
     assert share.value == pytest.approx(exact)
     assert share.lower < exact < share.upper
@@ -313,8 +313,8 @@ def test_batches_add_their_scatter():
 
 def test_parts_that_differ_no_more_between_batches_are_one_population():
     values = np.tile([0.01, -0.01], 15)
-    found = part_scatter.direction_scatter("TSM x", values, batches=np.repeat(list("abc"), 10))
-    assert found.sigma == pytest.approx(np.sqrt((values**2).sum() / 27.0))
+    scatter = part_scatter.direction_scatter("TSM x", values, batches=np.repeat(list("abc"), 10))
+    assert scatter.sigma == pytest.approx(np.sqrt((values**2).sum() / 27.0))
     assert part_scatter.batch_share(values[:, None], np.repeat(list("abc"), 10)).value == 0.0
 
 
@@ -322,9 +322,9 @@ def test_the_share_of_hardness_is_recovered():
     rng = np.random.default_rng(3)
     common = rng.standard_normal((400, 1))
     values = 0.05 * (np.sqrt(0.7) * common + np.sqrt(0.3) * rng.standard_normal((400, 3)))
-    found = part_scatter.hardness_share([values[:200] + 1.0, values[200:, :2]])
-    assert found.value == pytest.approx(0.7, abs=0.05)
-    assert found.lower < 0.7 < found.upper
+    share = part_scatter.hardness_share([values[:200] + 1.0, values[200:, :2]])
+    assert share.value == pytest.approx(0.7, abs=0.05)
+    assert share.lower < 0.7 < share.upper
     noisy = values + 0.05 * rng.standard_normal((400, 3))
     assert part_scatter.hardness_share([noisy]).value == pytest.approx(0.35, abs=0.06)
     stiffer_axes = part_scatter.hardness_share([noisy * [1.0, 30.0, 0.02]])
@@ -357,9 +357,9 @@ def part(factors, serial, *, name="TSM", half_width=0.004, **identity):
         CharacterisedDirection(axis, MapPoints.none(), quality, fitted)
         for axis, fitted in zip("xz", surfaces, strict=True)
     )
-    known = {"campaign": "spring", "variant": "M1", "serial": serial} | identity
+    identity_of_part = {"campaign": "spring", "variant": "M1", "serial": serial} | identity
     mount = Mount(name, "", ("",), ((0.1, 0.2, 0.3),), ("x", "z"))
-    return CharacterisedMount(MountIdentity(mount=name, **known), mount, directions, {})
+    return CharacterisedMount(MountIdentity(mount=name, **identity_of_part), mount, directions, {})
 
 
 def library(n_batches=4, n_parts=6):

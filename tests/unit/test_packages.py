@@ -16,7 +16,7 @@ def layers():
     """Return packages by layer, the highest first, as import-linter holds them."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     contracts = settings["tool"]["importlinter"]["contracts"]
-    (order,) = (one["layers"] for one in contracts if one["type"] == "layers")
+    (order,) = (contract["layers"] for contract in contracts if contract["type"] == "layers")
     return [[name.strip() for name in layer.split("|")] for layer in order]
 
 
@@ -33,7 +33,7 @@ def imported(package):
     for path in (SOURCE / package).glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("deboom"):
-                whole = [node.module, *(f"{node.module}.{one.name}" for one in node.names)]
+                whole = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
                 names |= {name.split(".")[1] for name in whole if "." in name}
     return names & set(PACKAGES) - {package}
 

@@ -77,9 +77,9 @@ def test_every_kind_of_folder_is_drawn(tmp_path, kind):
     write, stems = FOLDERS[kind]
     folder = Path(write(tmp_path / "folder"))
     report = look_report(folder)
-    there = list(report.pictures)
+    pictures = list(report.pictures)
     for stem in stems:
-        assert any(name.startswith(stem) for name in there), (stem, there)
+        assert any(name.startswith(stem) for name in pictures), (stem, pictures)
     assert kind not in DRAWN or report.failures == []
     assert report.warnings == []
     assert report.summary == {"n_faults": 0}
@@ -92,9 +92,9 @@ def test_what_the_numbers_contradict_is_a_warning_beside_its_picture(tmp_path):
     folder = filled(made(tmp_path / "mine"))
     path = folder / "operating/fast.uff"
     functions = read_uff(path)
-    for one in functions:
-        if one.ordinate == "force":
-            object.__setattr__(one, "values", -one.values)
+    for function in functions:
+        if function.ordinate == "force":
+            object.__setattr__(function, "values", -function.values)
     write_uff(path, functions)
     report = look_report(folder)
     assert report.summary["n_faults"] == len(report.warnings) == 1

@@ -109,8 +109,8 @@ def drawn():
 
 
 def texts_of(figure):
-    found = [text for text in figure.findobj(matplotlib.text.Text) if text.get_visible()]
-    return [text for text in found if text.get_text().strip()]
+    visible = [text for text in figure.findobj(matplotlib.text.Text) if text.get_visible()]
+    return [text for text in visible if text.get_text().strip()]
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -248,9 +248,9 @@ def test_a_picture_is_drawn_on_the_callers_axes():
     assert figures.pareto_front(*positional, **named, ax=right) is right
     assert right.get_legend() is not None
     assert len(figure.axes) == 2
-    own = figures.pareto_front(*positional, **named)
-    assert style.figure_of(own) is not figure
-    for drawn in (figure, style.figure_of(own)):
+    own_axes = figures.pareto_front(*positional, **named)
+    assert style.figure_of(own_axes) is not figure
+    for drawn in (figure, style.figure_of(own_axes)):
         style.close(drawn)
 
 

@@ -83,12 +83,12 @@ def test_the_lines_of_the_readme(model):
     space = model.design_space(bounds=0.20, tolerance=0.15)
     robust = deboom.Robust(model, space, draws=16, seed=1)
     front = deboom.search(robust, population=8, generations=3, seed=1, verified_with=32)
-    own = minimize(deboom.RobustProblem(robust), NSGA2(8), ("n_gen", 3), seed=1)
+    optimum = minimize(deboom.RobustProblem(robust), NSGA2(8), ("n_gen", 3), seed=1)
     plain = deboom.search(
         robust, population=8, generations=3, seed=1, verified_with=32, polish=False, shown=None
     )
-    assert own.F.min(axis=0) == pytest.approx(plain.searched.objectives.min(axis=0))
-    assert np.all(front.searched.objectives.min(axis=0) < own.F.min(axis=0))  # by gradient
+    assert optimum.F.min(axis=0) == pytest.approx(plain.searched.objectives.min(axis=0))
+    assert np.all(front.searched.objectives.min(axis=0) < optimum.F.min(axis=0))  # by gradient
     mean = "mean per line and vehicle [dB(A)]"
     share = front.table[mean] * model.n_lines * len(model.response_names)
     assert share.to_numpy() == pytest.approx(front.table["SPLV mean sum [dB(A)]"].to_numpy())
@@ -102,10 +102,10 @@ def test_the_lines_of_the_readme(model):
 
 @pytest.mark.parametrize("motion", ["prescribed", "coupled", "amplitude"])
 def test_paths_add_up_to_the_pressure(platform, motion):
-    one = platform.model(vehicles=["U06-2", "F39-1"], band=(24, 30), motion=motion)
+    model = platform.model(vehicles=["U06-2", "F39-1"], band=(24, 30), motion=motion)
     design = np.linspace(0.8, 1.2, 12)
-    paths = one.paths(design, "F39-1")
-    assert paths.pressure == pytest.approx(one.pressure([design])[0, 1], rel=1e-12)
+    paths = model.paths(design, "F39-1")
+    assert paths.pressure == pytest.approx(model.pressure([design])[0, 1], rel=1e-12)
     assert paths.table["share of the energy [%]"].sum() == pytest.approx(100)
 
 
@@ -129,8 +129,8 @@ def test_doe_correlation_and_sensitivities(model):
 
 def test_a_regressor_of_scikit_learn_gives_a_front_in_twelve_lines(model):
     space = model.design_space()
-    known = deboom.doe(model, space, n=64).doe
-    regressor = GaussianProcessRegressor(normalize_y=True).fit(known.designs, known.responses)
+    doe = deboom.doe(model, space, n=64).doe
+    regressor = GaussianProcessRegressor(normalize_y=True).fit(doe.designs, doe.responses)
     foreign = deboom.ResponseFunction(
         regressor.predict, model.variable_names, model.response_names, "dB(A)", model.n_lines
     )

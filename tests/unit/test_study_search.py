@@ -15,14 +15,14 @@ from deboom.explore.search import nsga2, searched
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.runs.options import Aim, robust_response
 from deboom.runs.search import ThoroughSearchOptions
-from known_truth import quad2
+from samples.known_truth import quad2
 
 MODEL = quad2(5, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)
 ROBUST = Robust(MODEL, SPACE, sobol_sample(5, 32, seed=1))
 
 
-def found(searches=1):
+def search_result(searches=1):
     return searched(ROBUST, population=12, generations=5, searches=searches, seed=3)
 
 
@@ -35,13 +35,13 @@ def verified_front(robust, search, draws):
 
 
 def test_one_search_is_that_of_nsga2():
-    whole, alone = found(), nsga2(ROBUST, 12, 5, seed=3)
+    whole, alone = search_result(), nsga2(ROBUST, 12, 5, seed=3)
     np.testing.assert_array_equal(whole.front.designs, alone.front.designs)
     np.testing.assert_array_equal(whole.hypervolume, alone.hypervolume)
 
 
 def test_several_searches_give_the_front_of_all():
-    whole = found(searches=3)
+    whole = search_result(searches=3)
     each = [nsga2(ROBUST, 12, 5, seed=seed) for seed in (3, 4, 5)]
     expected = pareto_front(*(search.front for search in each))
     np.testing.assert_array_equal(whole.front.designs, expected.designs)
@@ -74,7 +74,7 @@ def test_searches_begin_with_given_designs():
 
 def test_bad_budgets_are_refused():
     with pytest.raises(InputError, match="0 searches find nothing"):
-        found(searches=0)
+        search_result(searches=0)
 
 
 @dataclass(frozen=True)

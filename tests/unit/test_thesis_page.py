@@ -125,11 +125,14 @@ def strings_behind(path):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 strings.add(node.value)
             elif isinstance(node, ast.JoinedStr):
-                parts = (one.value if isinstance(one, ast.Constant) else "*" for one in node.values)
+                parts = (
+                    node_of_text.value if isinstance(node_of_text, ast.Constant) else "*"
+                    for node_of_text in node.values
+                )
                 strings.add("".join(parts))
             elif isinstance(node, ast.ImportFrom) and node.module:
                 of = node.module.removeprefix("deboom.").replace(".", "/")
-                for name in (of, *(f"{of}/{one.name}" for one in node.names)):
+                for name in (of, *(f"{of}/{node_of_text.name}" for node_of_text in node.names)):
                     if (
                         name.split("/")[0] in ("runs", "pages", "supplier")
                         and (SOURCE / f"{name}.py").is_file()

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-import kernels as bench
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
@@ -24,15 +23,16 @@ from deboom.vehicles.booming_model import (
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Fleet, PathContributions, Vehicle, path_contributions
 from deboom.vehicles.powertrain import Powertrain
+from samples import drawn_cars
 
-SHAPE = bench.Shape("small", 4, 3, 41, 3, 2, 4)
-DESIGNS = bench.designs(SHAPE)
+SHAPE = drawn_cars.Shape("small", 4, 3, 41, 3, 2, 4)
+DESIGNS = drawn_cars.designs(SHAPE)
 CASES = {
     motion: tuple(
         problem(SHAPE, seed)  # type: ignore[call-arg]
         for seed in (1, 2)
     )
-    for motion, problem in bench.PROBLEMS.items()
+    for motion, problem in drawn_cars.PROBLEMS.items()
 }
 PRESCRIBED, COUPLED, SOFTENING = (cases[0] for cases in CASES.values())
 MOTIONS = pytest.mark.parametrize("motion", list(Motion))
@@ -107,17 +107,17 @@ def test_a_silenced_line_is_not_finite_for_that_design_only():
 def test_the_gradient_with_amplitudes_agrees_with_differences_of_the_model():
     model = model_of(SOFTENING)
     design = DESIGNS[:1]
-    found = model.gradient(design)[0]
+    gradient = model.gradient(design)[0]
     for k in (0, 9):
         moved = np.vstack([design, design])
         moved[:, k] += (-5e-3, 5e-3)
         low, high = model(moved)
-        assert found[:, k] == pytest.approx((high - low) / 1e-2, rel=0.05, abs=0.5)
+        assert gradient[:, k] == pytest.approx((high - low) / 1e-2, rel=0.05, abs=0.5)
 
 
 def test_amplitudes_without_rest_are_no_result():
     """A stiffness that falls ever more with the amplitude throws the motion about."""
-    few = bench.amplitude_problem(replace(SHAPE, n_lines=9))
+    few = drawn_cars.amplitude_problem(replace(SHAPE, n_lines=9))
     cubic = np.zeros_like(few.cubic)
     cubic[..., 0], cubic[..., 3] = 41.0, -40.0
     wild = replace(few, cubic=cubic, highest=np.full(few.highest.shape, np.inf))
@@ -256,8 +256,8 @@ def coupled_losses(motion=COUPLED):
 def test_without_a_change_of_losses_it_is_the_model_without_them():
     stiffness = FACTORS[:, :6]
     unchanged = np.hstack([stiffness, np.ones_like(stiffness)])
-    found = measured(loss_factors=True)(unchanged)
-    np.testing.assert_allclose(found, measured()(stiffness), atol=1e-9)
+    levels = measured(loss_factors=True)(unchanged)
+    np.testing.assert_allclose(levels, measured()(stiffness), atol=1e-9)
     exact = model_of(COUPLED)
     unchanged = np.hstack([DESIGNS, np.ones_like(DESIGNS)])
     np.testing.assert_allclose(coupled_losses()(unchanged), exact(DESIGNS), atol=1e-9)
@@ -274,9 +274,9 @@ def test_a_loss_factor_multiplies_the_imaginary_part_of_its_direction_alone():
     np.testing.assert_allclose(model(design), other(np.ones((1, 12))), atol=1e-9)
     stiffness = COUPLED.stiffness.real + 1.3j * COUPLED.stiffness.imag
     ones = np.ones((1, 12))
-    found = coupled_losses()(np.hstack([ones, 1.3 * ones]))
+    levels = coupled_losses()(np.hstack([ones, 1.3 * ones]))
     lossier = model_of(COUPLED.with_stiffness(stiffness))
-    np.testing.assert_allclose(found, lossier(ones), atol=1e-9)
+    np.testing.assert_allclose(levels, lossier(ones), atol=1e-9)
 
 
 def test_levels_and_gradient_of_losses_are_those_of_the_model():
@@ -318,13 +318,16 @@ def test_a_set_is_the_model_of_its_parts():
     model = catalogue()
     sets = np.array([[0, 0, 0], [2, 1, 0], [1, 0, 2], [2, 1, 0]], dtype=float)
     factors = 0.8 + 0.4 * RNG.random((4, 9))
-    found = model(np.hstack([sets, factors]))
-    for row, numbers, design in zip(found, sets.astype(int), factors, strict=True):
+    sums = model(np.hstack([sets, factors]))
+    for row, numbers, design in zip(sums, sets.astype(int), factors, strict=True):
         columns = [VALUES[number][:, :, 3 * m : 3 * m + 3] for m, number in enumerate(numbers)]
         alone = with_values(np.concatenate(columns, axis=2))
         np.testing.assert_array_equal(row, alone(design[None])[0])
+    levels = model.levels(np.hstack([sets, factors]))
+    assert levels.shape == (4, 2, model.frequency.size)
+    np.testing.assert_allclose(levels.sum(axis=-1), sums, rtol=1e-12)
     carried = pickle.loads(pickle.dumps(model))
-    np.testing.assert_array_equal(carried(np.hstack([sets, factors])), found)
+    np.testing.assert_array_equal(carried(np.hstack([sets, factors])), sums)
     assert model.variable_names == ("A part", "B part", "C part", *NAMES)
     assert (model.response_names, model.n_lines) == (("one", "two"), 21)
 
@@ -336,9 +339,9 @@ def test_coupled_sets_have_their_stiffness_and_todays_load():
     part[:6] = 1
     mixed = COUPLED.with_parts([COUPLED, louder], part)
     np.testing.assert_array_equal(mixed.bodies[0].load, COUPLED.bodies[0].load)
-    found = model_of(mixed)(np.ones((1, part.size)))
+    levels = model_of(mixed)(np.ones((1, part.size)))
     scaled = np.where(part == 1, 1.3, 1.0)[np.newaxis]
-    np.testing.assert_allclose(found, model_of(COUPLED)(scaled), atol=1e-9)
+    np.testing.assert_allclose(levels, model_of(COUPLED)(scaled), atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -33,9 +33,9 @@ def test_the_ends_of_the_band_are_no_peaks():
 
 def test_peaks_are_paired_by_frequency_and_not_line_by_line():
     after = _curve((20, 50), (31, 66), (35, 58), (45, 72), (49, 71), (60, 55))
-    one, two = booming_peaks.compare_peaks(BEFORE, after, LINES, 1.5)
-    assert (one.before.frequency, one.after.frequency) == (30.0, 31.0)
-    assert (one.frequency, one.level_before, one.level_after) == (30.0, 70.0, 66.0)
+    forth, two = booming_peaks.compare_peaks(BEFORE, after, LINES, 1.5)
+    assert (forth.before.frequency, forth.after.frequency) == (30.0, 31.0)
+    assert (forth.frequency, forth.level_before, forth.level_after) == (30.0, 70.0, 66.0)
     assert (two.before.frequency, two.after.frequency) == (45.0, 45.0)
 
 
@@ -67,9 +67,9 @@ def test_each_peak_is_paired_once_the_closest_first():
 def test_refuses():
     with pytest.raises(InputError, match="level at 33 Hz is not finite"):
         booming_peaks.booming_peaks(np.where(LINES == 33.0, -np.inf, 60.0), LINES, 1.5)
-    one = resonances(30.0)
+    curve = resonances(30.0)
     with pytest.raises(InputError, match="no line between 70 and 80 Hz"):
-        booming_peaks.compare_pressure(FREQUENCY, 1.5, one, one, (70.0, 80.0))
+        booming_peaks.compare_pressure(FREQUENCY, 1.5, curve, curve, (70.0, 80.0))
 
 
 DEEPER = _curve((20, 50), (30, 70), (35, 60), (45, 75), (50, 66), (55, 74), (60, 55))
@@ -82,7 +82,10 @@ def test_peaks_of_two_curves_are_matched_and_the_others_reported():
     match = booming_peaks.match_peaks(
         measured, booming_peaks.booming_peaks(synthesised, finer, 1.5)
     )
-    assert [(one.frequency, two.frequency) for one, two in match.pairs] == [(30, 30.5), (45, 46.25)]
+    assert [(first.frequency, two.frequency) for first, two in match.pairs] == [
+        (30, 30.5),
+        (45, 46.25),
+    ]
     np.testing.assert_allclose(match.level_deviations, [-2.0, -1.0])
     assert [peak.frequency for peak in match.only_reference] == [55.0]
     assert [peak.frequency for peak in match.only_compared] == [40.0]
@@ -98,24 +101,28 @@ def resonances(*frequencies, size=1.0):
 
 
 def test_a_common_factor_is_scale_and_no_shape():
-    one = resonances(30.0)
-    found = booming_peaks.PressureComparison(FREQUENCY, 1.5, one, 1.25 * np.exp(0.3j) * one)
-    assert found.corr_f == pytest.approx(0.0, abs=1e-12)
-    assert found.corr_s == pytest.approx(0.25)
-    assert found.peak_deviation == pytest.approx(20 * np.log10(1.25))
+    curve = resonances(30.0)
+    comparison = booming_peaks.PressureComparison(
+        FREQUENCY, 1.5, curve, 1.25 * np.exp(0.3j) * curve
+    )
+    assert comparison.corr_f == pytest.approx(0.0, abs=1e-12)
+    assert comparison.corr_s == pytest.approx(0.25)
+    assert comparison.peak_deviation == pytest.approx(20 * np.log10(1.25))
 
 
 def test_peaks_are_paired_and_the_others_stay_alone():
     measured, synthesised = resonances(26.0, 40.0), resonances(26.5, 52.0, size=2.0)
-    found = booming_peaks.compare_pressure(FREQUENCY, 1.5, measured, synthesised, (22.0, 58.0))
-    assert found.frequency[[0, -1]].tolist() == [22.0, 58.0]
-    ((first, second),) = found.peaks.pairs
+    comparison = booming_peaks.compare_pressure(FREQUENCY, 1.5, measured, synthesised, (22.0, 58.0))
+    assert comparison.frequency[[0, -1]].tolist() == [22.0, 58.0]
+    ((first, second),) = comparison.peaks.pairs
     assert (first.frequency, second.frequency) == (26.0, 26.5)
-    assert [peak.frequency for peak in found.peaks.only_reference] == [40.0]
-    assert [peak.frequency for peak in found.peaks.only_compared] == [52.0]
-    assert found.peak_deviation == pytest.approx(second.level - first.level)
+    assert [peak.frequency for peak in comparison.peaks.only_reference] == [40.0]
+    assert [peak.frequency for peak in comparison.peaks.only_compared] == [52.0]
+    assert comparison.peak_deviation == pytest.approx(second.level - first.level)
 
 
 def test_without_a_pair_there_is_no_deviation():
-    found = booming_peaks.PressureComparison(FREQUENCY, 1.5, resonances(26.0), resonances(40.0))
-    assert np.isnan(found.peak_deviation)
+    comparison = booming_peaks.PressureComparison(
+        FREQUENCY, 1.5, resonances(26.0), resonances(40.0)
+    )
+    assert np.isnan(comparison.peak_deviation)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import resolved_truth as truth
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.mounts.piecewise_cubic import TrainingRegion
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.mounts.surface_forces import identified_surfaces
 from deboom.vehicles.design_factor import StaticPosition, backed_range
+from samples import resolved_truth as truth
 
 RNG = np.random.default_rng(1)
 TORQUE, AMPLITUDE, FREQUENCY = (

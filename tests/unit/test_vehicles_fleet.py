@@ -37,10 +37,10 @@ def test_pieces_with_functions_of_their_own_keep_them():
     """Left and right pull against each other: the mean function times their sum hears little."""
     case, pieces = _load_case(), ("Du left x", "Du right x")
     vehicle = _vehicle(paths=("TSM x", "TSM z", *pieces))
-    found = path_contributions(Fleet((vehicle,)), MOUNTS, case)
+    contributions = path_contributions(Fleet((vehicle,)), MOUNTS, case)
     ntf, force = vehicle.noise_transfer.values[1:4, 0], case.force.values[1:4]
     expected = ntf[:, 2] * force[:, 3] + ntf[:, 3] * force[:, 4]
-    np.testing.assert_allclose(found.values[0, :, 3], expected, rtol=1e-15)
+    np.testing.assert_allclose(contributions.values[0, :, 3], expected, rtol=1e-15)
     inputs = vehicle.noise_transfer.inputs
     assert path_forces(MOUNTS, case, inputs).channels == inputs
 
@@ -50,8 +50,8 @@ def test_order_of_the_paths_in_a_vehicle_does_not_matter():
     turned = vehicle.noise_transfer.select(inputs=PATHS[::-1])
     other = Vehicle("A-1", "A", turned)
     case = _load_case()
-    one, two = (path_contributions(Fleet((v,)), MOUNTS, case) for v in (vehicle, other))
-    np.testing.assert_array_equal(one.values, two.values)
+    first, two = (path_contributions(Fleet((v,)), MOUNTS, case) for v in (vehicle, other))
+    np.testing.assert_array_equal(first.values, two.values)
 
 
 def test_vehicles_may_be_measured_beyond_the_band_as_they_like():

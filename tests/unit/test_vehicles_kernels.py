@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-import kernels as bench
 from deboom.vehicles import kernels
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.fleet import ROWS, PathContributions
 from deboom.vehicles.kernels import LevelSum, level_sum
+from samples import drawn_cars
 
-SHAPE = bench.Shape("small", 40, 3, 101, 3, 2, 7)
-CASES = {motion: problem(SHAPE) for motion, problem in bench.PROBLEMS.items()}
-DESIGNS = bench.designs(SHAPE)
+SHAPE = drawn_cars.Shape("small", 40, 3, 101, 3, 2, 7)
+CASES = {motion: problem(SHAPE) for motion, problem in drawn_cars.PROBLEMS.items()}
+DESIGNS = drawn_cars.designs(SHAPE)
 TIERS = pytest.mark.parametrize("compiled", [False, True])
 MOTIONS = pytest.mark.parametrize("motion", list(Motion))
 
@@ -82,8 +82,8 @@ def test_tiers_agree(motion, monkeypatch):
 
 
 def test_tiers_agree_where_each_spring_has_an_elastic_and_a_lossy_part():
-    shape = bench.Shape("one mount", 4, 3, 41, 1, 1, 2)
-    case, designs = bench.coupled_problem(shape).with_loss_factors(), bench.designs(shape)
+    shape = drawn_cars.Shape("one mount", 4, 3, 41, 1, 1, 2)
+    case, designs = drawn_cars.coupled_problem(shape).with_loss_factors(), drawn_cars.designs(shape)
     both = np.hstack([designs, designs * designs[::-1]])
     plain, compiled = (level_sum(case, compiled=tier)(both) for tier in (False, True))
     np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-9)
@@ -95,16 +95,16 @@ def test_neighbours_out_of_range_change_no_bit_and_are_right_themselves(motion):
     designs = DESIGNS[:140]
     crowd = designs.copy()
     crowd[[3, 70]] = designs[[3, 70]] * [[1e-5], [1e5]]
-    found = compiled(crowd)
+    sums = compiled(crowd)
     ordinary = np.setdiff1d(np.arange(len(designs)), [3, 70])
-    np.testing.assert_array_equal(found[ordinary], compiled(designs)[ordinary])
-    np.testing.assert_array_equal(found[[3, 70]], plain(crowd[[3, 70]]))
-    assert np.isfinite(found).all()
+    np.testing.assert_array_equal(sums[ordinary], compiled(designs)[ordinary])
+    np.testing.assert_array_equal(sums[[3, 70]], plain(crowd[[3, 70]]))
+    assert np.isfinite(sums).all()
 
 
 @pytest.mark.parametrize("motion", [Motion.coupled, Motion.amplitude])
 def test_tilted_mounts_are_compiled(motion, monkeypatch):
-    case = bench.tilted(CASES[motion])
+    case = drawn_cars.tilted(CASES[motion])
     n = 16 if motion is Motion.amplitude else 128
     plain, compiled = (level_sum(case, compiled=tier) for tier in (False, True))
     assert compiled.tables is not None
@@ -115,8 +115,8 @@ def test_tilted_mounts_are_compiled(motion, monkeypatch):
 
 
 def test_bodies_that_give_way_are_compiled(monkeypatch):
-    shape = bench.Shape("small", 20, 2, 21, 3, 2, 4)
-    case, rows = bench.flexible_problem(shape), bench.designs(shape)
+    shape = drawn_cars.Shape("small", 20, 2, 21, 3, 2, 4)
+    case, rows = drawn_cars.flexible_problem(shape), drawn_cars.designs(shape)
     plain, compiled = (level_sum(case, compiled=tier) for tier in (False, True))
     expected = plain(rows)
     monkeypatch.setattr(LevelSum, "_plain", None)  # no design falls back on numpy
@@ -144,9 +144,9 @@ def test_a_design_gives_the_same_bits_beside_one_that_overflows_and_one_that_is_
     for i, factor in itertools.product((0, 31, 60), (1e-30, 1e30)):
         crowd = np.insert(designs, i, designs[5] * factor, axis=0)
         crowd = np.insert(crowd, 17, np.eye(12)[0] == 0.0, axis=0)
-        found = summed(crowd)
-        assert np.isneginf(found[17]).all()
-        ordinary = np.delete(found, [17, i if i < 17 else i + 1], axis=0)
+        sums = summed(crowd)
+        assert np.isneginf(sums[17]).all()
+        ordinary = np.delete(sums, [17, i if i < 17 else i + 1], axis=0)
         np.testing.assert_array_equal(ordinary, alone)
 
 
@@ -156,10 +156,10 @@ def test_silence_is_minus_infinity_of_that_design_and_vehicle_only(compiled):
     values[0, 3] = [1.0, -1.0]
     values[1, :, 1] = 2.0
     summed = level_sum(contributions(values), compiled=compiled)
-    found = summed(np.array([[1.0, 1.0], [1.0, 0.5], [2.0, 2.0]]))
+    sums = summed(np.array([[1.0, 1.0], [1.0, 0.5], [2.0, 2.0]]))
     silent = [[True, False], [False, False], [True, False]]
-    np.testing.assert_array_equal(np.isneginf(found), silent)
-    assert found[1, 1] == pytest.approx(5 * 20 * np.log10(2.0))
+    np.testing.assert_array_equal(np.isneginf(sums), silent)
+    assert sums[1, 1] == pytest.approx(5 * 20 * np.log10(2.0))
     nothing = level_sum(contributions(np.zeros((1, 5, 2))), compiled=compiled)
     assert np.isneginf(nothing(np.ones((3, 2)))).all()
 
@@ -182,14 +182,14 @@ def test_blas_threads_do_not_matter_and_are_given_back():
         return [lib["num_threads"] for lib in threadpool_info() if lib["user_api"] == "blas"]
 
     summed, designs = level_sum(contributions(random(5, 161, 12)), compiled=False), uniform(300, 12)
-    found = []
+    results = []
     for n_threads in (1, 2, 3):
         with threadpool_limits(n_threads, user_api="blas"):
             before = blas_threads()
-            found.append(summed(designs))
+            results.append(summed(designs))
             assert blas_threads() == before
-    np.testing.assert_array_equal(found[0], found[1])
-    np.testing.assert_array_equal(found[0], found[2])
+    np.testing.assert_array_equal(results[0], results[1])
+    np.testing.assert_array_equal(results[0], results[2])
 
 
 @pytest.mark.parametrize(("options", "kernel"), [({}, "numba"), ({"compiled": False}, "numpy")])

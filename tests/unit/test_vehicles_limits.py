@@ -56,7 +56,7 @@ def test_the_peak_is_the_loudest_line_of_all_load_cases(index):
     rows = designs(index, 7)
     inside = (index.frequency >= BAND[0]) & (index.frequency <= BAND[1])
     levels = [index.levels(rows, name)[:, :, inside] for name in index.load_case_names]
-    expected = np.maximum(*(one.max(axis=-1) for one in levels))
+    expected = np.maximum(*(level.max(axis=-1) for level in levels))
     assert PeakLevel(index, BAND)(rows) == pytest.approx(expected, abs=1e-10)
 
 
@@ -134,21 +134,21 @@ def test_sag_is_the_share_of_the_weight_over_the_stiffness():
 
 
 def test_travel_at_nominal_is_that_of_the_kinematic_model():
-    there = model(cubic=5e9)
-    travel = of(TorqueTravel(there, 900.0, there.names))
-    expected = 1e3 * there.equilibrium(900.0)
+    modelled = model(cubic=5e9)
+    travel = of(TorqueTravel(modelled, 900.0, modelled.names))
+    expected = 1e3 * modelled.equilibrium(900.0)
     np.testing.assert_allclose(travel(np.ones((1, 9))), expected, atol=1e-9)
 
 
 def test_a_common_dynamic_factor_divides_the_travel_and_a_part_rides_into_its_stop():
-    there = model(cubic=5e9)
-    one, soft = np.ones((1, 9)), np.full((1, 9), 0.8)
-    dynamic = of(TorqueTravel(there, 900.0, there.names))
-    np.testing.assert_allclose(dynamic(soft), dynamic(one) / 0.8, atol=1e-9)
-    part = of(TorqueTravel(there, 900.0, there.names, Factor.part))
-    scaled = there.deflections([900.0], soft)[0]
+    modelled = model(cubic=5e9)
+    today, soft = np.ones((1, 9)), np.full((1, 9), 0.8)
+    dynamic = of(TorqueTravel(modelled, 900.0, modelled.names))
+    np.testing.assert_allclose(dynamic(soft), dynamic(today) / 0.8, atol=1e-9)
+    part = of(TorqueTravel(modelled, 900.0, modelled.names, Factor.part))
+    scaled = modelled.deflections([900.0], soft)[0]
     np.testing.assert_allclose(part(soft), 1e3 * scaled, atol=1e-9)
-    place = there.names.index("S z")
+    place = modelled.names.index("S z")
     assert abs(part(soft)[0, place]) < abs(dynamic(soft)[0, place])
 
 
@@ -156,18 +156,18 @@ def test_natural_frequencies_are_those_of_the_rigid_body():
     stiffness = dict(zip(NAMES, 1e5 * np.arange(1.0, 10.0), strict=True))
     modes = of(NaturalFrequencies(MOUNTS, POWERTRAIN, stiffness))
     design = 0.8 + 0.4 * np.random.default_rng(1).random((4, 9))
-    for row, found in zip(design, modes(design), strict=True):
+    for row, frequencies in zip(design, modes(design), strict=True):
         matrix = mount_stiffness_matrix(list(POSITIONS.values()), row * list(stiffness.values()))
         expected, _ = rigid_body_modes(POWERTRAIN.mass_matrix, matrix)
-        np.testing.assert_allclose(found, expected, rtol=1e-12)
+        np.testing.assert_allclose(frequencies, expected, rtol=1e-12)
     np.testing.assert_allclose(modes(4 * design), 2 * modes(design), rtol=1e-12)
 
 
 def test_stiffness_of_a_variable_and_of_a_sum():
     stiffness = dict.fromkeys(NAMES, 2e5)
     sums = {"E z": ["E z"], "z": ["E z", "G z", "S z"]}
-    found = of(OperatingStiffness(stiffness, sums))(np.array([np.full(9, 1.1)]))
-    np.testing.assert_allclose(found, [[220.0, 660.0]])
+    values = of(OperatingStiffness(stiffness, sums))(np.array([np.full(9, 1.1)]))
+    np.testing.assert_allclose(values, [[220.0, 660.0]])
 
 
 @pytest.mark.parametrize(

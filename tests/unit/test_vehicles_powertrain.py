@@ -18,9 +18,9 @@ INERTIA = np.array([[11.0, -0.06, -0.26], [-0.06, 6.8, 0.53], [-0.26, 0.53, 9.6]
 
 def test_mass_matrix_off_the_centre_of_gravity():
     moved = Powertrain(193.5, INERTIA, np.array([0.01, -0.02, 0.03]))
-    found = mass_properties(moved.mass_matrix)
-    np.testing.assert_allclose(found.centre, [0.01, -0.02, 0.03])
-    np.testing.assert_allclose(found.inertia, INERTIA)
+    properties = mass_properties(moved.mass_matrix)
+    np.testing.assert_allclose(properties.centre, [0.01, -0.02, 0.03])
+    np.testing.assert_allclose(properties.inertia, INERTIA)
 
 
 AXES = ("x", "y", "z")
@@ -47,28 +47,28 @@ CURVES = {f"{m.name} {a}": curve(m.name, a, progressive) for m in MOUNTS for a i
 
 def test_curve_passes_through_its_points_and_rises_everywhere():
     steps = np.array([0.0, 1.0, 1.1, 5.0, 5.1, 40.0])
-    found = MonotoneCurve(StaticCurve("E", "x", "M1", np.arange(6.0), steps, 0.0))
-    assert found.force(np.arange(6.0)) == pytest.approx(steps)
+    fitted = MonotoneCurve(StaticCurve("E", "x", "M1", np.arange(6.0), steps, 0.0))
+    assert fitted.force(np.arange(6.0)) == pytest.approx(steps)
     fine = np.linspace(0.0, 5.0, 501)
-    assert np.all(np.diff(found.force(fine)) > 0)
-    assert np.all(found.slope(fine) > 0)
+    assert np.all(np.diff(fitted.force(fine)) > 0)
+    assert np.all(fitted.slope(fine) > 0)
 
 
 def test_slope_is_the_derivative_of_the_force():
-    found = MonotoneCurve(curve(force=progressive))
+    fitted = MonotoneCurve(curve(force=progressive))
     at, step = np.linspace(-0.0095, 0.0095, 37), 1e-8
-    numeric = (found.force(at + step) - found.force(at - step)) / (2 * step)
-    assert found.slope(at) == pytest.approx(numeric, rel=1e-5)
+    numeric = (fitted.force(at + step) - fitted.force(at - step)) / (2 * step)
+    assert fitted.slope(at) == pytest.approx(numeric, rel=1e-5)
 
 
 def test_curve_goes_on_with_its_last_secant():
-    found = MonotoneCurve(curve(force=progressive))
+    fitted = MonotoneCurve(curve(force=progressive))
     secant = np.diff(progressive(DEFLECTION[-2:]))[0] / 0.001
     for side in (-1.0, 1.0):
-        beyond = found.force(np.array([side * 0.012]))[0]
+        beyond = fitted.force(np.array([side * 0.012]))[0]
         assert beyond == pytest.approx(side * (progressive(0.01) + 0.002 * secant))
-        assert found.slope(np.array([side * 0.012]))[0] == pytest.approx(secant)
-    assert (found.lowest, found.highest) == (-0.01, 0.01)
+        assert fitted.slope(np.array([side * 0.012]))[0] == pytest.approx(secant)
+    assert (fitted.lowest, fitted.highest) == (-0.01, 0.01)
 
 
 def test_curve_that_does_not_rise():
@@ -108,7 +108,7 @@ def test_a_load_is_balanced_alone_as_among_others():
 
 
 def test_missing_curve():
-    without = {name: one for name, one in CURVES.items() if name != "G y"}
+    without = {name: static for name, static in CURVES.items() if name != "G y"}
     with pytest.raises(InputError, match="needs a force-deflection curve of G y"):
         KinematicModel(MOUNTS, without)
 

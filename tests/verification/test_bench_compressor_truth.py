@@ -118,7 +118,7 @@ def test_a_receiver_is_its_own_degrees_of_freedom():
     body = compressor(replace(TABLE11, flexible_receiver=True))
     whole, axes, stiffness = table11()
     law = DATA["operation"]["flexible_receiver"]
-    for f, found in zip(FEW, body.inertance(FEW), strict=True):
+    for f, inertance in zip(FEW, body.inertance(FEW), strict=True):
         squared = (2 * np.pi * f) ** 2
         modal = law["mass"] * (
             (2 * np.pi * law["frequency"]) ** 2 * (1 + 1j * law["loss"]) - squared
@@ -133,7 +133,7 @@ def test_a_receiver_is_its_own_degrees_of_freedom():
             ]
         )
         expected = -squared * np.linalg.inv(both)[:6, :6]
-        assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
+        assert np.abs(inertance - expected).max() < 1e-10 * np.abs(expected).max()
 
 
 def test_a_body_of_two_parts_is_two_free_bodies_coupled_by_a_joint():
@@ -142,7 +142,7 @@ def test_a_body_of_two_parts_is_two_free_bodies_coupled_by_a_joint():
     whole, axes, stiffness = table11()
     share, loss = swinging.joint.share, swinging.joint.loss
     joint = (2 * np.pi * 400.0) ** 2 * (1 + 1j * loss) * share * (1 - share) * whole
-    for f, found in zip(FEW, swinging.inertance(FEW), strict=True):
+    for f, inertance in zip(FEW, swinging.inertance(FEW), strict=True):
         squared = (2 * np.pi * f) ** 2
         held = axes.T @ np.diag(gain(f) * stiffness) @ axes - squared * (1 - share) * whole
         receptance = np.zeros((12, 12), dtype=complex)
@@ -152,7 +152,7 @@ def test_a_body_of_two_parts_is_two_free_bodies_coupled_by_a_joint():
         through = np.linalg.inv(gap @ receptance @ gap.T + np.linalg.inv(joint))
         coupled = receptance - receptance @ gap.T @ through @ gap @ receptance
         expected = -squared * coupled
-        assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
+        assert np.abs(inertance - expected).max() < 1e-10 * np.abs(expected).max()
     rigid = compressor().inertance(FEW)
     stiff = compressor(replace(TABLE11, flexible_body=1e6)).inertance(FEW)
     for block in (stiff[:, :6, :6], stiff[:, :6, 6:], stiff[:, 6:, 6:]):
@@ -198,8 +198,8 @@ def test_a_softening_mount_is_as_soft_as_its_stroke_makes_it():
         np.testing.assert_allclose(blows.factors[impact, 0], factor(1e-6 * solved.x), rtol=1e-9)
         acceleration = -squared[:, :, 0] * motion(1e-6 * solved.x) @ sensor_rows().T
         expected = np.fft.irfft(acceleration, plan.n_sample, axis=0)
-        found = blows.response[impact, 0]
-        assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+        answer = blows.response[impact, 0]
+        assert np.abs(answer - expected).max() < 1e-8 * np.abs(expected).max()
     assert blows.factors.std() > 0.005
 
 
@@ -211,9 +211,9 @@ def test_noise_has_the_size_of_the_study():
     )
     body = compressor()
     blows = compressor_rig.strike(body, placed, plan, np.random.default_rng(5))
-    found, coherence = compressor_rig.averaged(blows, plan)
+    averaged, coherence = compressor_rig.averaged(blows, plan)
     ones = np.ones((18, 3))
-    off = found - compressor_rig.exact_inertance(body, placed, plan.lines, ones)
+    off = averaged - compressor_rig.exact_inertance(body, placed, plan.lines, ones)
     for low, high in ((10, 12), (90, 110)):
         band = (plan.lines >= low) & (plan.lines <= high)
         f = plan.lines[band].mean()
@@ -238,18 +238,21 @@ def test_levels_have_their_stated_errors(level):
         for seed in range(200)
     ]
     size = {
-        "gain": np.std([one.sensor_gain for one in drawn]),
-        "position": np.std([one.sensor_offset for one in drawn]),
-        "angle": np.rad2deg(np.std([one.sensor_turn for one in drawn])),
-        "hammer": np.std([one.hammer_gain for one in drawn]),
+        "gain": np.std([operation_drawn.sensor_gain for operation_drawn in drawn]),
+        "position": np.std([operation_drawn.sensor_offset for operation_drawn in drawn]),
+        "angle": np.rad2deg(np.std([operation_drawn.sensor_turn for operation_drawn in drawn])),
+        "hammer": np.std([operation_drawn.hammer_gain for operation_drawn in drawn]),
     }
     np.testing.assert_allclose(list(size.values())[:3], stated[:3], rtol=0.04)
     assert size["hammer"] == pytest.approx(stated[3], rel=0.16)
-    offsets = np.array([one.impact_offset for one in drawn])
+    offsets = np.array([operation_drawn.impact_offset for operation_drawn in drawn])
     along = np.einsum("nma,ma->nm", offsets, SHEET.impact_directions)
     assert np.abs(along).max() < 1e-15
     assert np.sqrt((offsets**2).sum(axis=2).mean() / 2) == pytest.approx(stated[1], rel=0.04)
-    lean = [np.einsum("ma,ma->m", one.impact_directions, SHEET.impact_directions) for one in drawn]
+    lean = [
+        np.einsum("ma,ma->m", operation_drawn.impact_directions, SHEET.impact_directions)
+        for operation_drawn in drawn
+    ]
     tilt = np.rad2deg(np.sqrt((np.arccos(np.minimum(lean, 1)) ** 2).mean() / 2))
     assert tilt == pytest.approx(stated[2], rel=0.04)
 

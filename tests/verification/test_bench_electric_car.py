@@ -35,8 +35,8 @@ def _again(car, compressor, hoses, line):
     mass[3:, :3] = mass[:3, 3:].T
     mass[3:, 3:] = compressor.inertia + compressor.mass * cross.T @ cross
     matrix[:6, :6] = -(omega**2) * mass + source.gyroscopic(frequency)[0]
-    own = 2 * np.pi * body.frequencies
-    modal = own**2 - omega**2 + 2j * body.damping_ratios * own * omega
+    natural = 2 * np.pi * body.frequencies
+    modal = natural**2 - omega**2 + 2j * body.damping_ratios * natural * omega
     modes, loads = slice(6, 6 + n_mode), slice(6 + n_mode, size)
     matrix[modes, modes] = np.diag(modal)
     matrix[modes, loads] = -shapes
@@ -136,21 +136,23 @@ def test_noise_transfer_is_the_sum_over_panels_and_modes():
         stiffness = data["bulk_modulus"] / data["volume"] * area
         per_metre = complex(stiffness)
         for mode in data["modes"]:
-            own = 2 * np.pi * mode["frequency"]
-            answer = omega**2 / (own**2 - omega**2 + 2j * mode["damping_ratio"] * own * omega)
+            natural = 2 * np.pi * mode["frequency"]
+            answer = omega**2 / (
+                natural**2 - omega**2 + 2j * mode["damping_ratio"] * natural * omega
+            )
             shapes = mode["panel_shape"][panel] * mode["ear_shape"]
             per_metre -= 2 * stiffness * shapes * answer
         for number, frequency in enumerate(car["frequencies"]):
-            own, damping = 2 * np.pi * frequency, car["damping_ratios"][number]
-            receptance = 1 / (own**2 - omega**2 + 2j * damping * own * omega)
+            natural, damping = 2 * np.pi * frequency, car["damping_ratios"][number]
+            receptance = 1 / (natural**2 - omega**2 + 2j * damping * natural * omega)
             expected += (
                 per_metre
                 * car["shapes_at_panels"][number][panel]
                 * receptance
                 * car["shapes_at_paths"][number][column]
             )
-    found = electric_car.frozen_fleet()["EV-2"].noise_transfer(np.array([line]))[0, column]
-    assert abs(found / expected - 1) < 1e-12
+    transfer = electric_car.frozen_fleet()["EV-2"].noise_transfer(np.array([line]))[0, column]
+    assert abs(transfer / expected - 1) < 1e-12
 
 
 def test_local_flexibility_is_the_stated_one():

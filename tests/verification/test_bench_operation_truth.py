@@ -73,10 +73,10 @@ def test_hoses_are_beams_at_their_ports():
             end, seen = exact_beam(hose, f), rigid(hose["port_position_m"], axes)
             expected += seen.T @ end[:6, :6] @ seen
             loads.append(-np.kron(np.eye(2), axes) @ end[6:, :6] @ seen)
-        found = held_stiffness(drawn_hoses(), np.array([f]))[0]
-        assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
-        found, expected = end_loads(drawn_hoses(), np.array([f]))[0], np.vstack(loads)
-        assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
+        matrix = held_stiffness(drawn_hoses(), np.array([f]))[0]
+        assert np.abs(matrix - expected).max() < 1e-10 * np.abs(expected).max()
+        matrix, expected = end_loads(drawn_hoses(), np.array([f]))[0], np.vstack(loads)
+        assert np.abs(matrix - expected).max() < 1e-10 * np.abs(expected).max()
     # near 0 Hz a hose is a spring: what goes in comes out, about any point
     stiffness = drawn_hoses()[0].stiffness(np.array([0.0]))[0]
     position, end = drawn_hoses()[0].position, drawn_hoses()[0].end
@@ -111,19 +111,19 @@ def test_six_sources_leave_the_sums_of_the_data():
         for factor in (1.0, 1.6):
             force, turns, moment = source.gas_force, source.rotating_gas_force, source.gas_moment
             gas = factor * np.array([force, turns, -1j * sense * turns, moment, 0, 0])
-            found = source.load(FEW, factor)
-            assert np.abs(found - turning - gas).max() < 1e-13 * np.abs(found).max()
+            load = source.load(FEW, factor)
+            assert np.abs(load - turning - gas).max() < 1e-13 * np.abs(load).max()
 
 
 @pytest.mark.parametrize("sense", [1, -1])
 def test_the_steady_state_stays_when_it_is_integrated_over_time(sense):
     """Masses that go round, a rotor that is turned with the body, springs and dampers."""
-    there = compressor_rig.operation(
+    integrated = compressor_rig.operation(
         1, C2, replace(PLAN, sense=sense, mount_storage=0.9, mount_loss=1.1)
     )
-    source, f = there.source, 33.0
+    source, f = integrated.source, 33.0
     omega = 2 * np.pi * f
-    sweep = compressor_rig.true_sweep(there, 13.5, soft=False, frequency=np.array([f, f + 1]))
+    sweep = compressor_rig.true_sweep(integrated, 13.5, soft=False, frequency=np.array([f, f + 1]))
     held = mounts(f, 0.9, 1.1) + sum(
         rigid(h["port_position_m"], axes_along(h["direction"])).T
         @ exact_beam(h, f)[:6, :6]
@@ -238,9 +238,9 @@ def test_the_hammer_feels_the_hoses(exact):
     )
     for f, values, held in zip(frf.frequency[lines], frf.values[lines], hoses[lines], strict=True):
         apparent = MASS - (mounts(f) + held) / (2 * np.pi * f) ** 2
-        found = rows @ values @ np.linalg.pinv(pushes).T
+        on_point = rows @ values @ np.linalg.pinv(pushes).T
         expected = np.linalg.inv(apparent)
-        assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+        assert np.abs(on_point - expected).max() < 1e-8 * np.abs(expected).max()
     without = test.hammer.frf.values[lines]
     assert np.abs(frf.values[lines] / without - 1).max() > 0.1
 
@@ -278,8 +278,8 @@ def test_noise_has_the_size_that_the_files_state(noisy):
     # two sweeps have noise of their own
     assert np.abs(np.corrcoef(parts) - np.eye(4)).max() < 0.06
     # 0.3 % and 4e-4 m/s², together
-    there = compressor_rig.operation(2, C2, compressor_rig.OperationPlan())
-    loud = compressor_rig.true_sweep(there, 7.5, soft=True, frequency=compressor_rig.speeds())
+    operated = compressor_rig.operation(2, C2, compressor_rig.OperationPlan())
+    loud = compressor_rig.true_sweep(operated, 7.5, soft=True, frequency=compressor_rig.speeds())
     silent = replace(loud, acceleration=0 * loud.acceleration)
     drawn = compressor_rig.measured(silent, np.random.default_rng(1))
     size = np.sqrt(np.mean(np.abs(drawn) ** 2, axis=1)) / compressor_rig.floor(
@@ -294,9 +294,9 @@ def test_noise_has_the_size_that_the_files_state(noisy):
 
 def test_a_mount_is_as_soft_as_its_stroke_makes_it_while_it_runs():
     """Amplitudes by a root finder, strokes by looking at the orbit."""
-    there = compressor_rig.operation(1, C2, replace(PLAN, softening=True))
+    operated = compressor_rig.operation(1, C2, replace(PLAN, softening=True))
     frequency = np.array([18.0, 24.0, 29.0, 60.0])
-    run = compressor_rig.true_sweep(there, 7.5, soft=True, frequency=frequency).running
+    run = compressor_rig.true_sweep(operated, 7.5, soft=True, frequency=frequency).running
     law, truth = DATA["operation"]["amplitude_law"], DATA["truth"]
 
     def factor(stroke):
@@ -304,7 +304,7 @@ def test_a_mount_is_as_soft_as_its_stroke_makes_it_while_it_runs():
         return 1 + law["share"] * fall
 
     turns = np.exp(2j * np.pi * np.linspace(0, 1, 2001))
-    bodies = there.laboratory.compressor
+    bodies = operated.laboratory.compressor
     rotor = np.zeros((6, 6), dtype=complex)
     rotor[3:, 3:] = 1j * DATA["operation"]["rotor_polar_inertia_kg_m2"] * cross([1.0, 0, 0])
     points = [rigid(r, np.eye(3))[:3] for r in truth["mount_position_m"]]
@@ -340,19 +340,19 @@ def test_hoses_scatter_as_stated_and_the_compressor_stays():
     ratios = []
     for seed in range(1, 40):
         scattered = true_hoses(HoseCase.SCATTERED, np.random.default_rng(seed))
-        for one, other in zip(scattered, drawn, strict=True):
-            np.testing.assert_array_equal(one.position, other.position)
+        for hose, other in zip(scattered, drawn, strict=True):
+            np.testing.assert_array_equal(hose.position, other.position)
             ratios.append(
                 [
-                    getattr(one.beam, name) / getattr(other.beam, name)
+                    getattr(hose.beam, name) / getattr(other.beam, name)
                     for name in ("tension", "torsion", "bending", "line_mass", "loss_factor")
                 ]
             )
         displaced = true_hoses(HoseCase.DISPLACED, np.random.default_rng(seed))
-        for one, other in zip(displaced, drawn, strict=True):
-            assert 0 < np.abs(one.position - other.position).max() <= 4e-3
-            assert np.degrees(np.arccos(one.direction @ other.direction)) < 10
-            assert abs(one.beam.length / other.beam.length - 1) <= 0.04
+        for hose, other in zip(displaced, drawn, strict=True):
+            assert 0 < np.abs(hose.position - other.position).max() <= 4e-3
+            assert np.degrees(np.arccos(hose.direction @ other.direction)) < 10
+            assert abs(hose.beam.length / other.beam.length - 1) <= 0.04
     assert 0.75 <= np.min(ratios) < 0.8
     assert 1.25 < np.max(ratios) <= 1.3
     bodies = [
@@ -365,20 +365,20 @@ def test_hoses_scatter_as_stated_and_the_compressor_stays():
 
 
 def test_a_seed_is_one_test_and_its_hammer_is_the_known_one(noisy, tmp_path):
-    one, test = noisy
+    again, test = noisy
     two = write_operating_test(tmp_path / "two", 3)
     # what is asked for besides changes nothing else
     mentions = ("operation.toml", "README.txt")
     for path in sorted(two.rglob("*")):
         if path.is_file() and (path.parent != two or path.name not in mentions):
-            assert path.read_bytes() == (one / path.relative_to(two)).read_bytes(), path
+            assert path.read_bytes() == (again / path.relative_to(two)).read_bytes(), path
     alone = write_compressor_test(tmp_path / "alone", 3)
     for path in sorted(alone.rglob("*")):
         if path.is_file():
-            assert path.read_bytes() == (one / "hammer" / path.relative_to(alone)).read_bytes()
+            assert path.read_bytes() == (again / "hammer" / path.relative_to(alone)).read_bytes()
     # struck twice by the same hands, not with the same noise
     truths = [
-        json.loads((one / name / "truth/truth.json").read_text(encoding="utf-8"))
+        json.loads((again / name / "truth/truth.json").read_text(encoding="utf-8"))
         for name in ("hammer", "hammer_with_hoses")
     ]
     for key in ("sensor_gain", "hammer_gain", "impact_direction", "static_stiffness"):
@@ -388,6 +388,6 @@ def test_a_seed_is_one_test_and_its_hammer_is_the_known_one(noisy, tmp_path):
         ("hammer", test.hammer.frf),
         ("hammer_with_hoses", test.hammer_with_hoses.frf),
     ):
-        off.append(frf.values - np.load(one / name / "truth/truth.npz")["frf"])
+        off.append(frf.values - np.load(again / name / "truth/truth.npz")["frf"])
     noise = [np.concatenate([part[200:].real.ravel(), part[200:].imag.ravel()]) for part in off]
     assert abs(np.corrcoef(noise)[0, 1]) < 0.1

@@ -38,7 +38,7 @@ def pitch(torque):
 
 
 def test_equilibrium_against_a_trust_region_solver():
-    found = powertrain.static_deflection(POWERTRAIN, pitch(GEARS))
+    deflection = powertrain.static_deflection(POWERTRAIN, pitch(GEARS))
     forward = POWERTRAIN.forward
     for line, load in enumerate(pitch(GEARS)):
 
@@ -54,7 +54,7 @@ def test_equilibrium_against_a_trust_region_solver():
             )
             position = solution.x
         assert solution.success
-        assert forward @ position == pytest.approx(found[line], abs=1e-9)
+        assert forward @ position == pytest.approx(deflection[line], abs=1e-9)
 
 
 def test_traction_preload_of_the_wishbone_mount():
@@ -62,10 +62,10 @@ def test_traction_preload_of_the_wishbone_mount():
     load = BENCH.driveline.preload(np.array([torque]))
     # both wheels share the torque, half of a wheel's force goes through the rear mount
     assert load == pytest.approx(torque / 2 / wheel_radius / 2)
-    found = powertrain.static_deflection(BENCH.wheel_end, load[:, None])[0, 0]
+    preload = powertrain.static_deflection(BENCH.wheel_end, load[:, None])[0, 0]
     law = BENCH.wheel_end.laws[0]
     fine = np.linspace(0.0, 6e-3, 600001)
-    assert found == pytest.approx(np.interp(load[0], law.static_force(fine), fine), abs=1e-9)
+    assert preload == pytest.approx(np.interp(load[0], law.static_force(fine), fine), abs=1e-9)
 
 
 FREQUENCY = np.linspace(20.0, 80.0, 61)
@@ -91,8 +91,8 @@ def printed_stiffness(mount, axis, static, amplitudes, frequency):
         tangent += stiffness / (1 + np.exp(-(side * static[axis] - abs(onset)) / width))
     reach, half = abs(static[0]), data["cross_amplitude_m"][mount]
     grown = 1 / (1 + np.exp(-(reach - half) / 1e-3)) + 0.15 * reach / half
-    own = amplitudes[axis] ** 2
-    felt = np.sqrt(own + 0.15 * (np.sum(amplitudes**2) - own))
+    variance = amplitudes[axis] ** 2
+    felt = np.sqrt(variance + 0.15 * (np.sum(amplitudes**2) - variance))
     z = (felt / law["payne_amplitude"]) ** law["payne_exponent"]
     factor = (
         1
@@ -144,8 +144,8 @@ def test_wheel_end_against_its_closed_form():
         assert state.displacement[:, 0] == pytest.approx(moved, rel=1e-9)
         law = BENCH.wheel_end.laws[0]
         static = state.static_deflection[:, 0]
-        own = law.tangent_stiffness(static) * law.dynamic_factor(np.abs(moved), FREQUENCY)
-        assert state.stiffness[:, 0] == pytest.approx(own, rel=1e-9)
+        stiffness = law.tangent_stiffness(static) * law.dynamic_factor(np.abs(moved), FREQUENCY)
+        assert state.stiffness[:, 0] == pytest.approx(stiffness, rel=1e-9)
 
 
 @pytest.mark.parametrize(

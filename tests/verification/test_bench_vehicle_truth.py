@@ -36,28 +36,36 @@ def truth(folder, name):
 @pytest.mark.parametrize("method", list(Method))
 def test_exact_files_give_all_six_loads_of_every_point_back(exact_vehicle, method):
     folder, vehicle = exact_vehicle
-    found = point_noise_transfer(vehicle, method)
+    estimated = point_noise_transfer(vehicle, method)
     true = truth(folder, "vehicle")["noise_transfer"].reshape(FREQUENCY.size, 2, -1)
-    assert found.outputs == ("driver ear", "passenger ear")
-    assert found.inputs[:7] == ("EnM x", "EnM y", "EnM z", "EnM mx", "EnM my", "EnM mz", "GeM x")
-    assert np.abs(found.values - true).max() < 1e-12 * np.abs(true).max()
+    assert estimated.outputs == ("driver ear", "passenger ear")
+    assert estimated.inputs[:7] == (
+        "EnM x",
+        "EnM y",
+        "EnM z",
+        "EnM mx",
+        "EnM my",
+        "EnM mz",
+        "GeM x",
+    )
+    assert np.abs(estimated.values - true).max() < 1e-12 * np.abs(true).max()
 
 
 def test_exact_accelerances_are_those_of_the_body(exact_vehicle):
     _, vehicle = exact_vehicle
     response = virtual_point(vehicle.geometry("TSM", Method.RECIPROCAL))
     excitation = virtual_point(vehicle.geometry("GeM", Method.DIRECT))
-    found = virtual_point_frf(vehicle.accelerance, response=response, excitation=excitation)
+    estimated = virtual_point_frf(vehicle.accelerance, response=response, excitation=excitation)
     rows = tuple(np.eye(6) for _ in vehicle.points)
     whole = point_receptance(FLEET.bodies["U06-1"], FREQUENCY, rows, rows)
     true = -((2 * np.pi * FREQUENCY[:, None, None]) ** 2) * whole[:, 12:18, 6:12]
-    assert np.abs(found.values - true).max() < 1e-11 * np.abs(true).max()
+    assert np.abs(estimated.values - true).max() < 1e-11 * np.abs(true).max()
 
 
 def test_paths_are_those_of_the_platform(exact_vehicle):
     _, vehicle = exact_vehicle
-    found = path_noise_transfer(vehicle, Method.RECIPROCAL, "driver ear")
-    assert found.inputs == FLEET.paths
+    estimated = path_noise_transfer(vehicle, Method.RECIPROCAL, "driver ear")
+    assert estimated.inputs == FLEET.paths
     with pytest.raises(InputError, match="no point 'Du'"):
         vehicle.position("Du")
     with pytest.raises(InputError, match="no run 'g3'"):
@@ -137,10 +145,10 @@ def test_other_paths_have_their_stated_size():
 
 
 def test_the_same_seed_gives_the_same_bytes(tmp_path):
-    one, two = (
+    first, two = (
         write_vehicle(tmp_path / name, 3, "F39-2", load_cases=CASES, accelerance=False)
         for name in ("one", "two")
     )
-    for path in sorted(one.rglob("*")):
+    for path in sorted(first.rglob("*")):
         if path.is_file():
-            assert path.read_bytes() == (two / path.relative_to(one)).read_bytes(), path
+            assert path.read_bytes() == (two / path.relative_to(first)).read_bytes(), path

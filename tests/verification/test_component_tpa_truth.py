@@ -143,7 +143,7 @@ def test_hits_in_other_places_move_forces_but_not_the_sound(exact):
     _, result = exact
     run = result.runs[0]
     forces, sound = run.force_interval(), run.sound_interval()
-    width = [np.median(one.upper / one.lower) for one in (forces, sound)]
+    width = [np.median(levels.upper / levels.lower) for levels in (forces, sound)]
     assert width[0] > 1.1
     assert width[1] < width[0]
 
@@ -182,10 +182,10 @@ def test_noise_of_functions_shrinks_forces_as_stated(exact):
     deviation = 0.006
     noise = generator.standard_normal((2, 20000, 12, 3))
     noisy = matrix + deviation * (noise[0] + 1j * noise[1]) / np.sqrt(2)
-    found = (np.linalg.pinv(noisy) @ (matrix @ force)).mean(axis=0)
+    mean_force = (np.linalg.pinv(noisy) @ (matrix @ force)).mean(axis=0)
     outside = (12 - 3) * deviation**2
     shrunk = np.linalg.solve(matrix.conj().T @ matrix, outside * force)
-    assert found - force == pytest.approx(-shrunk, rel=0.05, abs=0.02 * np.abs(shrunk).max())
+    assert mean_force - force == pytest.approx(-shrunk, rel=0.05, abs=0.02 * np.abs(shrunk).max())
     # in the analysis: the same functions with a coherence that says how noisy they are
     test = result.test
     noisier = replace(test, coherence=np.full(test.coherence.shape, 0.999))

@@ -66,18 +66,18 @@ def sweeps(running_1):
 
 def test_the_sound_is_that_of_the_bench(sweeps):
     """Placement is fitted within its tolerances, mounts changed by 10 %: 1e-3 of the sound."""
-    assert [one.hoses for one in sweeps].count(HoseState.SOFT) == 2
-    for one in sweeps:
-        off = np.linalg.norm(one.total - one.measured) / np.linalg.norm(one.measured)
-        assert off < 2e-3, one.sweep
-        assert one.total == pytest.approx(one.by_point.sum(axis=1))
+    assert [sweep.hoses for sweep in sweeps].count(HoseState.SOFT) == 2
+    for sweep in sweeps:
+        off = np.linalg.norm(sweep.total - sweep.measured) / np.linalg.norm(sweep.measured)
+        assert off < 2e-3, sweep.sweep
+        assert sweep.total == pytest.approx(sweep.by_point.sum(axis=1))
 
 
 def test_without_the_hoses_much_is_missing(sweeps):
-    for one in sweeps:
-        high = one.frequency >= 90
-        off = np.abs(one.level(one.by_mounts) - one.level(one.measured))[high]
-        assert (np.percentile(off, 90) > 3) == (one.hoses is HoseState.STANDARD)
+    for sweep in sweeps:
+        high = sweep.frequency >= 90
+        off = np.abs(sweep.level(sweep.by_mounts) - sweep.level(sweep.measured))[high]
+        assert (np.percentile(off, 90) > 3) == (sweep.hoses is HoseState.STANDARD)
 
 
 def test_the_state_of_the_mounts_shows_in_spite_of_the_moving_body(running_1):
@@ -130,9 +130,9 @@ def test_bands_hold_the_sound(running_1, sweeps):
     transfer = wrench_noise_transfer(running_1.car)
     bands = noise_bands(running_1, transfer, draws=20)
     again = noise_bands(running_1, transfer, draws=20)
-    for one, band, twin in zip(sweeps, bands, again, strict=True):
+    for sweep, band, twin in zip(sweeps, bands, again, strict=True):
         assert np.array_equal(band.lower, twin.lower)
-        level = one.level(one.total)
+        level = sweep.level(sweep.total)
         assert np.mean((level >= band.lower) & (level <= band.upper)) > 0.8
         assert np.median(band.upper - band.lower) < 3
 
@@ -236,8 +236,10 @@ def test_a_design_gives_the_same_however_it_is_batched():
 def test_a_worker_finds_the_same_bits():
     """One design with all its draws is what a worker gets, pickled."""
     index = index_of(places=False)
-    one = np.ones(6)
-    space = DesignSpace(index.variable_names, ("1",) * 6, one, 0.6 * one, 1.4 * one, 0.15 * one)
+    factors = np.ones(6)
+    space = DesignSpace(
+        index.variable_names, ("1",) * 6, factors, 0.6 * factors, 1.4 * factors, 0.15 * factors
+    )
     robust = Robust(index, space, sobol_sample(6, 8, seed=1))
     designs = some_designs(index, 4, seed=8)
     here, carried = robust(designs), pickle.loads(pickle.dumps(robust))
@@ -321,8 +323,8 @@ def test_forces_of_the_mounts_hold_the_compressor():
     apart = true.displacement @ rows.T - true.body_motion[:, OF_MOUNTS]
     forces = body_loads.mount_forces(mounts(), COMPRESSOR.gain_at(SPEEDS), apart)
     square = (2 * np.pi * SPEEDS)[:, None] ** 2
-    own = true_source().gyroscopic(SPEEDS) @ true.displacement[..., None]
-    inertia = square * (true.displacement @ COMPRESSOR.mass_matrix.T) - own[..., 0]
+    gyroscopic = true_source().gyroscopic(SPEEDS) @ true.displacement[..., None]
+    inertia = square * (true.displacement @ COMPRESSOR.mass_matrix.T) - gyroscopic[..., 0]
     expected = true.load + inertia
     assert forces @ rows == pytest.approx(expected, abs=1e-9 * np.abs(true.load).max())
 
@@ -332,8 +334,8 @@ def test_receptances_come_from_measured_points_and_lines():
     loads = [f"p {load}" for load in POINT_LOADS]
     values = np.broadcast_to(np.eye(6), (2, 6, 6))
     frf = Frf(np.array([20.0, 30.0]), values, names, loads, "(m/s^2)/N")
-    found = body_loads.body_receptance(frf, [30.0], ["p"])
-    assert found == pytest.approx(-np.eye(3)[None] / (60 * np.pi) ** 2)
+    receptance = body_loads.body_receptance(frf, [30.0], ["p"])
+    assert receptance == pytest.approx(-np.eye(3)[None] / (60 * np.pi) ** 2)
     with pytest.raises(InputError, match="no accelerances of the body at 'q': strike it"):
         body_loads.body_receptance(frf, [30.0], ["p"], ["q"])
     with pytest.raises(InputError, match="no line at 25 Hz, they go from 20 to 30 Hz"):

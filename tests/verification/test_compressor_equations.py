@@ -201,7 +201,7 @@ def test_eq_54_55_one_mount_meets_the_root_of_its_equation():
         return softened[:, np.newaxis, np.newaxis] * np.diag([3e4, 1e4, 1e4, 1.0, 1.0, 1.0])
 
     rows = forward_matrix(np.zeros(3))
-    found = amplitude_dependent_response(
+    answer = amplitude_dependent_response(
         mass_matrix(7.2, INERTIA), stiffness, force, LINES, rows, tolerance=1e-11, relaxation=0.5
     )
     static = np.diag([3e4, 1e4, 1e4, 1.0, 1.0, 1.0])
@@ -225,7 +225,7 @@ def test_eq_54_55_one_mount_meets_the_root_of_its_equation():
             return abs(factor(gain, stroke) * 3e4 - OMEGA[line] ** 2 * 7.2) * stroke - 3.0
 
         root = np.exp(brentq(excess, np.log(1e-8), np.log(1.0), xtol=1e-14, rtol=1e-14))
-        assert abs(found.displacement[line, 0]) == pytest.approx(root, rel=1e-9)
+        assert abs(answer.displacement[line, 0]) == pytest.approx(root, rel=1e-9)
         assert abs(modelled[line, 0]) == pytest.approx(root, rel=1e-7)
 
 

@@ -61,8 +61,10 @@ def measured_test(tmp_path_factory):
 @pytest.fixture(scope="module")
 def recovered(measured_test):
     """Hoses of one compressor, identified from each source once; one pressure, few lines."""
-    test, found, _ = measured_test()
-    return cache(lambda source: identify_hoses(measured_by(source, few_lines(test)), found))
+    test, identification, _ = measured_test()
+    return cache(
+        lambda source: identify_hoses(measured_by(source, few_lines(test)), identification)
+    )
 
 
 def measured_by(source, test):
@@ -82,10 +84,10 @@ def few_lines(test, step=3):
     return replace(test, sweeps=tuple(kept))
 
 
-def run_again(sweep, there, noise):
+def run_again(sweep, operated, noise):
     """Run a compressor of the bench at the lines of a sweep."""
     soft = sweep.hoses is HoseState.SOFT
-    true = true_sweep(there, 7.5, soft=soft, frequency=sweep.frequency)
+    true = true_sweep(operated, 7.5, soft=soft, frequency=sweep.frequency)
     values = measured(true, np.random.default_rng([1, noise]))
     return replace(sweep, acceleration=replace(sweep.acceleration, values=values))
 
@@ -114,12 +116,12 @@ def force_levels(hoses, truth):
     def forces(load):
         return np.linalg.norm(load.reshape(-1, 2, 6)[above, :, :3], axis=2)
 
-    found = applied(hose_matrices(hoses, sweep["frequency"]).transfer, sweep["displacement"])
-    return np.abs(20 * np.log10(forces(found) / forces(sweep["end_load"]))).max()
+    applied_load = applied(hose_matrices(hoses, sweep["frequency"]).transfer, sweep["displacement"])
+    return np.abs(20 * np.log10(forces(applied_load) / forces(sweep["end_load"]))).max()
 
 
 def test_derivatives_of_the_stiffness_and_of_both_evidences(measured_test):
-    test, found, _ = measured_test()
+    test, identification, _ = measured_test()
     generator = np.random.default_rng(3)
     drawn, lines = test.hoses, np.array([20.0, 80.0, 120.0])
     scale = np.tile(DRAWN, (2, 1))
@@ -127,7 +129,7 @@ def test_derivatives_of_the_stiffness_and_of_both_evidences(measured_test):
     flat = numbers.ravel()
 
     def stiffness(rows, lines):
-        changed = [[changed_hose(*one) for one in zip(drawn, row, strict=True)] for row in rows]
+        changed = [[changed_hose(*step) for step in zip(drawn, row, strict=True)] for row in rows]
         return np.array([hose_matrices(hoses, lines).point for hoses in changed])
 
     expected = derivatives(lambda rows: stiffness(rows.reshape(-1, 2, 11), lines), flat, 3e-4)
@@ -135,16 +137,20 @@ def test_derivatives_of_the_stiffness_and_of_both_evidences(measured_test):
     size = np.abs(expected).max(axis=(1, 2, 3), keepdims=True)
     np.testing.assert_allclose((slopes - expected) / size, 0, atol=1e-6)
     evidences = [
-        HammerEvidence(test.hammer, test.hammer_with_hoses, found, band=(20, 150), largest_lines=6),
-        SweepEvidence(sweep_pairs(test, found, (100, 110))[0], found, test.rotor_inertia),
+        HammerEvidence(
+            test.hammer, test.hammer_with_hoses, identification, band=(20, 150), largest_lines=6
+        ),
+        SweepEvidence(
+            sweep_pairs(test, identification, (100, 110))[0], identification, test.rotor_inertia
+        ),
     ]
     for evidence in evidences:
-        own, deviations = evidence.frequency, evidence.nuisance_deviations
+        evidence_lines, deviations = evidence.frequency, evidence.nuisance_deviations
         nuisances = 0.3 * deviations * generator.standard_normal(deviations.size)
-        slopes = point_derivatives(drawn, numbers, own).reshape(22, -1, 6, 6)
+        slopes = point_derivatives(drawn, numbers, evidence_lines).reshape(22, -1, 6, 6)
 
-        def residuals(rows, evidence=evidence, own=own, slopes=slopes):
-            at = stiffness(rows[:, :22].reshape(-1, 2, 11), own)
+        def residuals(rows, evidence=evidence, evidence_lines=evidence_lines, slopes=slopes):
+            at = stiffness(rows[:, :22].reshape(-1, 2, 11), evidence_lines)
             return np.array(
                 [
                     evidence.residuals(k, slopes, row[22:])[0]
@@ -153,16 +159,16 @@ def test_derivatives_of_the_stiffness_and_of_both_evidences(measured_test):
             )
 
         unknowns = np.concatenate([flat, nuisances])
-        exact = evidence.residuals(stiffness([numbers], own)[0], slopes, nuisances)[1]
+        exact = evidence.residuals(stiffness([numbers], evidence_lines)[0], slopes, nuisances)[1]
         expected = derivatives(residuals, unknowns, 1e-4)
         size = np.abs(expected).max(axis=1, keepdims=True)
         assert np.all(np.abs(exact - expected) <= 1e-5 * size)
 
 
 def test_reaction_is_that_of_the_bench_and_its_floor_holds(measured_test):
-    test, found, truth = measured_test()
+    test, identification, truth = measured_test()
     true = np.load(truth / "0.npz")
-    reaction = hose_reactions(test, found)[0]
+    reaction = hose_reactions(test, identification)[0]
     source, hoses = true["load"] * LEVER, true["hose_reaction"] * LEVER
     share = np.linalg.norm(hoses, axis=1) / np.linalg.norm(source, axis=1)
     for band in reaction.bands[1:]:
@@ -177,10 +183,10 @@ def test_reaction_is_that_of_the_bench_and_its_floor_holds(measured_test):
     assert np.linalg.norm(error) < 0.04 * SLACK * np.linalg.norm(hoses[above])
 
     # the same test without hoses: another run-up with soft ones under the other label
-    there = operation(1, CalibrationLevel.C2, OperationPlan())
+    operated = operation(1, CalibrationLevel.C2, OperationPlan())
     soft = next(sweep for sweep in test.sweeps if sweep.name == "soft 7.5 bar")
-    repeated = replace(run_again(soft, there, 77), name="again", hoses=HoseState.STANDARD)
-    (nothing,) = hose_reactions(replace(test, sweeps=(soft, repeated)), found)
+    repeated = replace(run_again(soft, operated, 77), name="again", hoses=HoseState.STANDARD)
+    (nothing,) = hose_reactions(replace(test, sweeps=(soft, repeated)), identification)
     assert not any(band.detected for band in nothing.bands)
     assert max(band.measured for band in nothing.bands[1:]) > 0.002
     assert "no reaction" in nothing.bands[1].statement
@@ -194,8 +200,8 @@ def test_hoses_recovered(measured_test, recovered, source):
     assert result.alarms == ()
     ratio = np.log(
         [
-            [getattr(one, name) / getattr(true, name) for name in BEAM_NUMBERS]
-            for one, true in zip(result.hoses, true_hoses(truth), strict=True)
+            [getattr(hose, name) / getattr(true, name) for name in BEAM_NUMBERS]
+            for hose, true in zip(result.hoses, true_hoses(truth), strict=True)
         ]
     )
     assert np.all(np.abs(ratio) < 4 * result.beam_deviations)
@@ -207,76 +213,78 @@ def test_hoses_recovered(measured_test, recovered, source):
 
 
 def test_without_noise_and_in_place_the_truth_comes_back(measured_test):
-    test, found, truth = measured_test(2, HoseCase.DISPLACED, noise_free=True)
-    assert stiffness_error(identify_hoses(test, found).hoses, truth) < 0.005
+    test, identification, truth = measured_test(2, HoseCase.DISPLACED, noise_free=True)
+    assert stiffness_error(identify_hoses(test, identification).hoses, truth) < 0.005
     assert stiffness_error(test.hoses, truth) > 0.1
 
 
 def test_mounts_that_soften_with_their_motion_do_not_pass_for_hoses(measured_test):
     """Hoses change the motion, motion the mounts: sweeps are used from 50 Hz upwards."""
-    test, found, truth = measured_test(softening=True)
-    result = identify_hoses(few_lines(test), found)
+    test, identification, truth = measured_test(softening=True)
+    result = identify_hoses(few_lines(test), identification)
     assert stiffness_error(result.hoses, truth) < 0.03 * SLACK
     assert result.alarms == ()
 
 
 def test_hoses_outside_the_class_raise_the_alarm(measured_test):
-    test, found, _ = measured_test()
-    there = operation(1, CalibrationLevel.C2, OperationPlan())
+    test, identification, _ = measured_test()
+    operated = operation(1, CalibrationLevel.C2, OperationPlan())
     # a third hose that nobody drew, across the others
     hidden = replace(
         drawn_hoses()[0], position=np.array([0.0, 0.06, -0.04]), direction=np.eye(3)[1]
     )
-    more = replace(there.laboratory.compressor, hoses=(*drawn_hoses(), hidden))
-    there = replace(there, laboratory=replace(there.laboratory, compressor=more))
+    more = replace(operated.laboratory.compressor, hoses=(*drawn_hoses(), hidden))
+    operated = replace(operated, laboratory=replace(operated.laboratory, compressor=more))
     standard, soft = few_lines(test, 7).sweeps
-    pair = replace(test, sweeps=(run_again(standard, there, 78), soft), hammer_with_hoses=None)
-    result = identify_hoses(pair, found)
+    pair = replace(test, sweeps=(run_again(standard, operated, 78), soft), hammer_with_hoses=None)
+    result = identify_hoses(pair, identification)
     assert min(chi for _, chi in result.reduced_chi) > 1.5
     assert any("not straight uniform beams" in alarm for alarm in result.alarms)
 
 
 def test_hoses_that_were_overlooked_are_seen(measured_test):
-    test, found, _ = measured_test()
+    test, identification, _ = measured_test()
     for sweep in test.sweeps:
-        seen = hoses_in_sweep(sweep, test.hoses, found, rotor_inertia=test.rotor_inertia)
+        seen = hoses_in_sweep(sweep, test.hoses, identification, rotor_inertia=test.rotor_inertia)
         assert seen.visible is (sweep.hoses is HoseState.STANDARD)
         assert ("were attached" in seen.statement) is seen.visible
-    assert not struck(found, test.hammer, test.hoses).unexplained
-    assert struck(found, test.hammer_with_hoses, test.hoses).visible
+    assert not struck(identification, test.hammer, test.hoses).unexplained
+    assert struck(identification, test.hammer_with_hoses, test.hoses).visible
 
 
 def test_overlooked_hoses_raise_the_alarms_of_both_identifications(measured_test):
-    test, found, _ = measured_test()
+    test, identification, _ = measured_test()
     coarse = IdentifyOptions(bands=((20.0, 60.0),), largest_lines=12)
     hosed = identify(test.hammer_with_hoses, coarse, hoses=test.hoses)
     assert "whatever the label says" in hosed.alarms[0]
-    assert found.alarms == ()
+    assert identification.alarms == ()
     test = few_lines(test)
     options = UnbalanceOptions(routes=(CALIBRATED_MEASUREMENT,))
-    clean = unbalance(test, found, options)
+    clean = unbalance(test, identification, options)
     assert not any(presence.visible for presence in clean.hoses)
     assert not clean.hoses_seen
     mislabelled = tuple(
         replace(sweep, hoses=HoseState.SOFT) for sweep in test.with_hoses(HoseState.STANDARD)
     )
-    overlooked = unbalance(replace(test, sweeps=mislabelled), found, options)
+    overlooked = unbalance(replace(test, sweeps=mislabelled), identification, options)
     assert len(overlooked.hoses) == len(mislabelled)
     assert overlooked.hoses_seen
     assert all("whatever the label says" in alarm for alarm in overlooked.hose_alarms)
     assert set(overlooked.hose_alarms) <= set(overlooked.alarms)
 
 
-def struck(found, test, hoses):
+def struck(identification, test, hoses):
     """Look for hoses in another hammer test with these sensors and impacts."""
-    inertance = virtual_point_frf(test.frf, response=found.response, excitation=found.excitation)
-    return hoses_in_hammer_test(test.name, inertance, found.length, hoses)
+    inertance = virtual_point_frf(
+        test.frf, response=identification.response, excitation=identification.excitation
+    )
+    return hoses_in_hammer_test(test.name, inertance, identification.length, hoses)
 
 
 def test_a_flexible_receiver_is_not_taken_for_hoses(measured_test, tmp_path):
-    test, found, _ = measured_test()
+    test, identification, _ = measured_test()
     write_compressor_test(tmp_path / "test", 1, plan=CompressorPlan(flexible_receiver=True))
-    seen = struck(found, read_inertance_test(tmp_path / "test"), test.hoses)
+    seen = struck(identification, read_inertance_test(tmp_path / "test"), test.hoses)
     assert seen.unexplained
     assert not seen.visible
     assert "something else" in seen.statement
@@ -299,7 +307,7 @@ def test_the_force_between_the_ports_stays_hidden(measured_test):
 def test_samples_have_the_posterior_covariance(recovered):
     result = recovered("sweeps")
     drawn = result.samples(400, seed=1)
-    tension = np.log([one[0].tension for one in drawn])
+    tension = np.log([sample[0].tension for sample in drawn])
     assert np.std(tension) == pytest.approx(result.beam_deviations[0, 0], rel=0.15)
     assert np.mean(tension) == pytest.approx(
         np.log(result.hoses[0].tension), abs=0.2 * result.beam_deviations[0, 0]

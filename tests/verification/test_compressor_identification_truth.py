@@ -62,9 +62,9 @@ def test_deviation_from_the_coherence_of_five_hits():
         (lambda _: identifiability(("a", "b"), np.ones((1, 2)), np.ones(2)), "cannot fix"),
     ],
 )
-def test_what_no_fit_may_swallow(build, words, found):
+def test_what_no_fit_may_swallow(build, words, identified_and_truth):
     with pytest.raises(InputError, match=words):
-        build(found[0].inertance)
+        build(identified_and_truth[0].inertance)
 
 
 def test_a_fit_from_outside_its_bounds_is_refused(thesis):
@@ -86,8 +86,8 @@ def errors(model, true):
     scale, true_scale = model.gain.real.at(20.0), true.gain.real.at(20.0)
     shape, true_shape = model.gain.at(MODES) / scale, true.gain.at(MODES) / true_scale
 
-    def off(found, expected):
-        return np.linalg.norm(found - expected) / np.linalg.norm(expected)
+    def off(estimated, expected):
+        return np.linalg.norm(estimated - expected) / np.linalg.norm(expected)
 
     return {
         "centre": np.linalg.norm(model.centre - true.centre),
@@ -103,18 +103,18 @@ def test_exact_files_return_the_exact_compressor(tmp_path):
     """No noise, no placement errors: what is left is rounding of files and of the optimiser."""
     plan = CompressorPlan(CompressorCase.TABLE11)
     folder = write_compressor_test(tmp_path / "test", plan=plan, noise_free=True)
-    found = identify(read_inertance_test(folder), IdentifyOptions(largest_lines=16))
+    exact = identify(read_inertance_test(folder), IdentifyOptions(largest_lines=16))
     true = read_compressor_truth(folder).model
-    for name, error in errors(found.point.model, true).items():
+    for name, error in errors(exact.point.model, true).items():
         assert error < 1e-5, name
-    np.testing.assert_allclose(found.point.model.mass_matrix, true.mass_matrix, atol=1e-5)
+    np.testing.assert_allclose(exact.point.model.mass_matrix, true.mass_matrix, atol=1e-5)
 
 
 OPTIONS = IdentifyOptions(largest_lines=36)
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory):
+def identified_and_truth(tmp_path_factory):
     """Identify a compressor on identical mounts once; the truth beside it."""
     folder = tmp_path_factory.mktemp("bench") / "test"
     plan = CompressorPlan(identical_mounts=True)
@@ -123,12 +123,12 @@ def found(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def thesis(found):
-    return fit_thesis_parameters(found[0], found[0].test.drawing)
+def thesis(identified_and_truth):
+    return fit_thesis_parameters(identified_and_truth[0], identified_and_truth[0].test.drawing)
 
 
-def test_identification_returns_the_truth_within_the_figures(found):
-    identified, truth = found
+def test_identification_returns_the_truth_within_the_figures(identified_and_truth):
+    identified, truth = identified_and_truth
     assert identified.alarms == ()
     off = errors(identified.calibrated.model, truth.model)
     figures = {"mass": 0.002, "centre": 0.4e-3, "inertia": 0.006, "stiffness": 0.006}
@@ -138,29 +138,29 @@ def test_identification_returns_the_truth_within_the_figures(found):
     assert off["inertia"] < errors(identified.point.model, truth.model)["inertia"]
 
 
-def test_quantities_are_as_sure_as_they_state(found):
-    identified, truth = found
+def test_quantities_are_as_sure_as_they_state(identified_and_truth):
+    identified, truth = identified_and_truth
     error = quantities(identified.calibrated.model).values - quantities(truth.model).values
     scores = error / quantity_deviations(identified.calibrated)
     assert np.sqrt(np.mean(scores**2)) < 2.0
     stated = quantity_deviations(identified.calibrated)
     mass = identified.calibrated.model.mass
     # mass = exp(2 value), so its deviation is 2 mass times that of the parameter
-    own = np.sqrt(identified.calibrated.parameter_covariance[0, 0])
-    assert stated[0] == pytest.approx(2 * mass * own, rel=1e-5)
+    deviation = np.sqrt(identified.calibrated.parameter_covariance[0, 0])
+    assert stated[0] == pytest.approx(2 * mass * deviation, rel=1e-5)
 
 
-def test_the_gain_is_sure_where_it_is_one_by_definition(found):
-    deviation = gain_deviation(found[0].calibrated, [10.0, 20.0, 30.0])
+def test_the_gain_is_sure_where_it_is_one_by_definition(identified_and_truth):
+    deviation = gain_deviation(identified_and_truth[0].calibrated, [10.0, 20.0, 30.0])
     assert deviation.real[1] < 1e-9
     assert deviation.real[0] > 1e-6
 
 
-def test_the_thesis_numbers_are_a_fit_to_the_same_compressor(found, thesis):
+def test_the_thesis_numbers_are_a_fit_to_the_same_compressor(identified_and_truth, thesis):
     """Single numbers are not unique, but the compressor that they stand for is."""
-    model, true = thesis.fit.model, found[1].model
+    model, true = thesis.fit.model, identified_and_truth[1].model
     assert thesis.fit.converged
-    assert thesis.fit.cost < 0.01 * start_cost(found[0], thesis)
+    assert thesis.fit.cost < 0.01 * start_cost(identified_and_truth[0], thesis)
     for name, figure in {"mass": 0.01, "inertia": 0.05, "stiffness": 0.05}.items():
         assert errors(model, true)[name] < figure, name
 
@@ -175,7 +175,7 @@ def start_cost(identified, thesis):
     return 0.5 * np.sum(np.abs(off) ** 2)
 
 
-def test_nine_of_the_44_numbers_stay_hidden(found, thesis):
+def test_nine_of_the_44_numbers_stay_hidden(identified_and_truth, thesis):
     assert thesis.seen.rank == 35
     alone = [line.statement for line in thesis.seen.null_space if len(line.names) == 1]
     assert "mount 1 rotation x is not visible" in alone
@@ -186,8 +186,8 @@ def test_nine_of_the_44_numbers_stay_hidden(found, thesis):
     assert np.all(thesis.knowledge.ratio <= 1)
 
 
-def test_start_and_bounds_are_the_corrected_ones(found):
-    drawing = found[0].test.drawing
+def test_start_and_bounds_are_the_corrected_ones(identified_and_truth):
+    drawing = identified_and_truth[0].test.drawing
     parametrisation, start = thesis_start(drawing)
     bounds = thesis_bounds(drawing, start)
     half = dict(zip(parametrisation.names, (bounds.upper - bounds.lower) / 2, strict=True))
@@ -200,8 +200,8 @@ def test_start_and_bounds_are_the_corrected_ones(found):
     assert half["mass"] == pytest.approx(0.5)
 
 
-def test_identical_mounts_are_found_one_by_one(found):
-    identified, truth = found
+def test_identical_mounts_are_found_one_by_one(identified_and_truth):
+    identified, truth = identified_and_truth
     fit = mount_shares(identified, identified.test.drawing.mounts, identical=True)
     assert fit.identical_holds
     for mount, true in zip(fit.mounts, truth.mounts, strict=True):
@@ -212,8 +212,8 @@ def test_identical_mounts_are_found_one_by_one(found):
     assert fit.mounts[0].stiffness[:2] == pytest.approx(true, rel=0.02)
 
 
-def test_modes_and_frfs_of_one_compressor_are_alike(found):
-    identified, _ = found
+def test_modes_and_frfs_of_one_compressor_are_alike(identified_and_truth):
+    identified, _ = identified_and_truth
     assert np.diag(modal_likeness(identified)).min() > 0.98
     lines = identified.inertance.frequency
     model = identified.calibrated.model.inertance(lines)
@@ -225,8 +225,8 @@ def test_modes_and_frfs_of_one_compressor_are_alike(found):
     assert np.diag(frac(measured, model, lines, (10.0, 30.0))).min() > 0.999
 
 
-def test_what_is_kept_rebuilds_the_raw_frfs(found, tmp_path):
-    identified, _ = found
+def test_what_is_kept_rebuilds_the_raw_frfs(identified_and_truth, tmp_path):
+    identified, _ = identified_and_truth
     kept = compressor_document(identified, {})
     path = tmp_path / "compressor_model.json"
     path.write_text(json.dumps(kept), encoding="utf-8")

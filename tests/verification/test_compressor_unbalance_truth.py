@@ -80,11 +80,11 @@ def errors(sweep, low, high):
 
 def test_exact_data_return_the_exact_source():
     test, _ = sample(1, errors=0.0, noise=0.01, lines=LINES, storage=0.9, loss=0.9)
-    found = unbalance(test, in_place(), SHORT)
-    assert found.alarms == (found.state.statement,)
-    assert found.state.storage == pytest.approx(-0.1, abs=1e-4)
-    assert found.state.loss == pytest.approx(-0.1, abs=1e-3)
-    for result in found.routes:
+    source = unbalance(test, in_place(), SHORT)
+    assert source.alarms == (source.state.statement,)
+    assert source.state.storage == pytest.approx(-0.1, abs=1e-4)
+    assert source.state.loss == pytest.approx(-0.1, abs=1e-3)
+    for result in source.routes:
         sources = result.sources
         # changed mounts say nothing of where the origin lies: the hammer test knows it to 0.06 mm
         assert abs(sources.static.value - STATIC) < sources.static.deviation
@@ -94,18 +94,18 @@ def test_exact_data_return_the_exact_source():
         for gas, factor in zip(sources.gas, (1.0, 1.6), strict=True):
             parts = [gas.axial.value, gas.moment.value, gas.rotating.value]
             np.testing.assert_allclose(parts, factor * GAS, rtol=0.02)
-    assert max(errors(found.by_letter("e").sweeps[0], 20, 150)) < 2e-3
+    assert max(errors(source.by_letter("e").sweeps[0], 20, 150)) < 2e-3
 
 
 def test_mounts_as_struck():
-    found = as_struck()
-    assert found.alarms == ()
-    assert found.notices == ()
+    source = as_struck()
+    assert source.alarms == ()
+    assert source.notices == ()
     # 0.05 N are 22 % of 20 g mm at 17 Hz
-    assert "22% of the unbalance at 17 Hz" in found.agreement
-    assert found.sense.sense is RotationSense.POSITIVE
-    assert not found.state.changed
-    for sweep in found.chosen.sweeps:
+    assert "22% of the unbalance at 17 Hz" in source.agreement
+    assert source.sense.sense is RotationSense.POSITIVE
+    assert not source.state.changed
+    for sweep in source.chosen.sweeps:
         static, dynamic, _ = errors(sweep, 50, 150)
         assert static < SLACK * 0.02
         assert dynamic < SLACK * 0.025
@@ -113,11 +113,11 @@ def test_mounts_as_struck():
         assert static < SLACK * 0.03
         assert dynamic < SLACK * 0.04
         assert sweep.static.trusted.all()
-    assert errors(found.by_letter("e").sweeps[0], 50, 150)[2] < SLACK * 0.005
+    assert errors(source.by_letter("e").sweeps[0], 50, 150)[2] < SLACK * 0.005
     # the sheet's errors of the hammer stay in the thesis's route
-    by_sheet, chosen = found.by_letter("a").sweeps[0], found.chosen.sweeps[0]
+    by_sheet, chosen = source.by_letter("a").sweeps[0], source.chosen.sweeps[0]
     assert errors(by_sheet, 50, 150)[0] > 1.5 * errors(chosen, 50, 150)[0]
-    sources = found.chosen.sources
+    sources = source.chosen.sources
     assert abs(sources.static.value / STATIC - 1) < SLACK * 0.012
     assert abs(sources.dynamic.value / DYNAMIC - 1) < SLACK * 0.02
     assert abs(sources.gas[0].moment.value / GAS[1] - 1) < SLACK * 0.03
@@ -137,36 +137,36 @@ def test_bands_are_as_wide_as_their_confidence_says():
 
 def test_changed_mounts_are_seen_and_brought_up_to_date():
     test, _ = sample(1, storage=0.9, loss=1.1)
-    found = unbalance(test, identified())
-    assert found.state.changed
-    assert found.state.storage == pytest.approx(-0.1, abs=0.01)
-    assert found.state.loss == pytest.approx(0.1, abs=0.03)
-    assert found.alarms == (found.state.statement,)
-    wrong = found.by_letter("a").sweeps[0]
+    source = unbalance(test, identified())
+    assert source.state.changed
+    assert source.state.storage == pytest.approx(-0.1, abs=0.01)
+    assert source.state.loss == pytest.approx(0.1, abs=0.03)
+    assert source.alarms == (source.state.statement,)
+    wrong = source.by_letter("a").sweeps[0]
     assert errors(wrong, 20, 50)[0] > 0.15
     # y and z contradict each other there, and the mask says why
     assert errors(wrong, 20, 50)[2] > 0.15
-    chosen = found.chosen.sweeps[0].static
+    chosen = source.chosen.sweeps[0].static
     resonant = (chosen.frequency > 20) & (chosen.frequency < 35)
     assert not chosen.trusted[resonant].any()
     assert chosen.trusted[chosen.frequency > 60].all()
     assert any("not those that were struck" in reason for reason in chosen.reasons)
-    static, dynamic, _ = errors(found.by_letter("e").sweeps[0], 20, 50)
+    static, dynamic, _ = errors(source.by_letter("e").sweeps[0], 20, 50)
     assert static < SLACK * 0.03
     assert dynamic < SLACK * 0.04
     # all lines together stand it without an update of the route
-    assert abs(found.chosen.sources.static.value / STATIC - 1) < SLACK * 0.012
+    assert abs(source.chosen.sources.static.value / STATIC - 1) < SLACK * 0.012
 
 
 def test_mounts_that_soften_with_their_motion():
     test, _ = sample(1, softening=True, lines=LINES)
-    found = unbalance(test, identified())
-    assert found.state.changed
-    assert any("soften with their own motion" in alarm for alarm in found.alarms)
-    assert errors(found.by_letter("e").sweeps[0], 20, 50)[0] < SLACK * 0.05
-    assert abs(found.chosen.sources.static.value / STATIC - 1) < SLACK * 0.012
-    assert abs(found.chosen.sources.dynamic.value / DYNAMIC - 1) < SLACK * 0.02
-    assert found.chosen.sources.remaining_chi < 1.5
+    source = unbalance(test, identified())
+    assert source.state.changed
+    assert any("soften with their own motion" in alarm for alarm in source.alarms)
+    assert errors(source.by_letter("e").sweeps[0], 20, 50)[0] < SLACK * 0.05
+    assert abs(source.chosen.sources.static.value / STATIC - 1) < SLACK * 0.012
+    assert abs(source.chosen.sources.dynamic.value / DYNAMIC - 1) < SLACK * 0.02
+    assert source.chosen.sources.remaining_chi < 1.5
 
 
 def test_flexible_receiver_leaves_the_default_route_alone():
@@ -180,14 +180,14 @@ def test_flexible_receiver_leaves_the_default_route_alone():
         frf=test.hammer.frf.select(inputs=[impact.name for impact in struck]),
         coherence=test.hammer.coherence[:, :, ::2],
     )
-    found = unbalance(replace(test, hammer=half), identify(half, coarse), options)
-    assert any("flexible receiver" in alarm for alarm in found.alarms)
-    assert "mass line" in found.notices[0]
-    assert not found.state.changed
-    chosen = found.chosen.sweeps[0]
+    source = unbalance(replace(test, hammer=half), identify(half, coarse), options)
+    assert any("flexible receiver" in alarm for alarm in source.alarms)
+    assert "mass line" in source.notices[0]
+    assert not source.state.changed
+    chosen = source.chosen.sweeps[0]
     assert errors(chosen, 20, 50)[0] < SLACK * 0.02
     assert errors(chosen, 50, 150)[0] < SLACK * 0.02
-    assert errors(found.by_letter("c").sweeps[0], 20, 50)[0] > 0.1
+    assert errors(source.by_letter("c").sweeps[0], 20, 50)[0] > 0.1
 
 
 def test_a_rigid_foundation_keeps_its_calibration():
@@ -196,21 +196,21 @@ def test_a_rigid_foundation_keeps_its_calibration():
 
 def test_hoses_reported_as_soft_are_seen():
     test, _ = sample(1, hoses=drawn_hoses(), lines=LINES)
-    found = unbalance(test, identified(), SHORT)
-    assert any("reported as soft" in alarm for alarm in found.alarms)
-    chosen = found.chosen.sweeps[0].static
+    source = unbalance(test, identified(), SHORT)
+    assert any("reported as soft" in alarm for alarm in source.alarms)
+    chosen = source.chosen.sweeps[0].static
     assert not chosen.trusted[(chosen.frequency > 90) & (chosen.frequency < 120)].any()
     assert any("hoses" in reason for reason in chosen.reasons)
 
 
 def test_opposite_rotation():
     test, _ = sample(1, sense=-1, lines=LINES)
-    found = unbalance(test, identified(), SHORT)
-    assert found.sense.sense is RotationSense.NEGATIVE
-    assert "from z to y" in found.sense.statement
-    assert "beyond doubt" in found.sense.statement
-    assert abs(found.chosen.sources.dynamic.value / DYNAMIC - 1) < SLACK * 0.02
-    assert errors(found.chosen.sweeps[0], 50, 150)[0] < SLACK * 0.02
+    source = unbalance(test, identified(), SHORT)
+    assert source.sense.sense is RotationSense.NEGATIVE
+    assert "from z to y" in source.sense.statement
+    assert "beyond doubt" in source.sense.statement
+    assert abs(source.chosen.sources.dynamic.value / DYNAMIC - 1) < SLACK * 0.02
+    assert errors(source.chosen.sweeps[0], 50, 150)[0] < SLACK * 0.02
     with pytest.raises(InputError, match="the data sheet says from y to z"):
         unbalance(test, identified(), replace(SHORT, expected_sense=RotationSense.POSITIVE))
     forward, _ = sample(1, lines=LINES)
@@ -232,10 +232,10 @@ def test_without_the_rotors_inertia_the_dynamic_unbalance_is_off():
     """The gyroscopic moment of the rotor, 0.5 % of the dynamic unbalance."""
     test, _ = sample(1, errors=0.0, noise=0.01, lines=LINES)
     options = replace(SHORT, routes=(routes.CALIBRATED_MEASUREMENT,))
-    known = unbalance(test, in_place(), options).chosen.sources.dynamic.value
+    reference = unbalance(test, in_place(), options).chosen.sources.dynamic.value
     unknown = unbalance(replace(test, rotor_inertia=None), in_place(), options).chosen.sources
-    assert abs(known / DYNAMIC - 1) < 2e-3
-    assert 3e-3 < abs(unknown.dynamic.value / known - 1) < 2e-2
+    assert abs(reference / DYNAMIC - 1) < 2e-3
+    assert 3e-3 < abs(unknown.dynamic.value / reference - 1) < 2e-2
 
 
 @pytest.mark.parametrize("sense", RotationSense)
@@ -261,9 +261,9 @@ def test_gyroscopic_moment_is_the_change_of_the_rotors_spin(sense):
 
 def test_motion_of_the_virtual_point():
     """Figure 52: the calibrated sensors agree better on a rigid motion than the sheet's."""
-    found = as_struck()
+    source = as_struck()
     test, body = sample(1)
-    motion, response = found.motions[0], found.identification.response
+    motion, response = source.motions[0], source.identification.response
     by_sheet = routes.operating_motion(test.sweeps[0], response, response.forward)
     lines = motion.motion.frequency
     true = running(body, SOURCE, lines).displacement * -((2 * np.pi * lines[:, None]) ** 2)
@@ -284,9 +284,9 @@ def test_what_cannot_be_used_is_refused():
     slow, _ = sample(1, lines=np.arange(17.0, 41.0))
     with pytest.raises(InputError, match="never leaves the resonances"):
         unbalance(slow, identified())
-    test, *_, found = softened()
+    test, *_, identification = softened()
     with pytest.raises(InputError, match="there is no route b, only d, e"):
-        found.by_letter("b")
+        identification.by_letter("b")
     struck = test.hammer
     sensors = tuple(replace(sensor, name=f"{sensor.name}'") for sensor in struck.sensors)
     names = tuple(name for sensor in sensors for name in sensor.channels)
@@ -301,15 +301,17 @@ BY_STROKE = UnbalanceOptions(routes=(routes.CALIBRATED_MEASUREMENT, routes.UPDAT
 @cache
 def softened():
     test, body = sample(1, softening=True, lines=LINES, drawn=True)
-    found = replace(identified(), test=test.hammer)
-    return test, body, found, unbalance(test, found, BY_STROKE)
+    identification = replace(identified(), test=test.hammer)
+    return test, body, identification, unbalance(test, identification, BY_STROKE)
 
 
 @cache
 def by_one_factor():
     """Without a drawing nothing says which mount has which stroke."""
-    test, _, found, _ = softened()
-    return unbalance(test, replace(found, test=replace(found.test, drawing=None)), BY_STROKE)
+    test, _, identification, _ = softened()
+    return unbalance(
+        test, replace(identification, test=replace(identification.test, drawing=None)), BY_STROKE
+    )
 
 
 def test_each_mount_softens_by_its_own_stroke():
@@ -333,8 +335,8 @@ def test_each_mount_softens_by_its_own_stroke():
 
 
 def test_strokes_are_those_of_the_mounts():
-    _, body, found, _ = softened()
-    mounts = SofteningMounts(body.positions, softening_mounts(found).stiffness)
+    _, body, identification, _ = softened()
+    mounts = SofteningMounts(body.positions, softening_mounts(identification).stiffness)
     line = np.array([25.0])
     displacement = running(body, SOURCE, line).displacement[0]
     motion = -((2 * np.pi * 25.0) ** 2) * displacement
@@ -346,9 +348,9 @@ def test_strokes_are_those_of_the_mounts():
 
 
 def test_mounts_of_the_drawing_add_up_to_the_stiffness_found():
-    _, body, found, _ = softened()
-    mounts = softening_mounts(found)
-    whole = found.calibrated.model.stiffness
+    _, body, identification, _ = softened()
+    mounts = softening_mounts(identification)
+    whole = identification.calibrated.model.stiffness
     size = np.sqrt(np.outer(np.diag(whole), np.diag(whole)))
     assert np.max(np.abs(mounts.stiffness.sum(axis=0) - whole) / size) < 1e-10
     # at one stroke for all it is a common factor
@@ -363,9 +365,12 @@ def test_mounts_of_the_drawing_add_up_to_the_stiffness_found():
 
 
 def test_without_a_drawing_one_factor_stays():
-    _, _, found, _ = softened()
-    one = replace(drawing(), mounts=drawing().mounts[:1])
-    assert softening_mounts(replace(found, test=replace(found.test, drawing=one))) is None
+    _, _, identification, _ = softened()
+    single = replace(drawing(), mounts=drawing().mounts[:1])
+    assert (
+        softening_mounts(replace(identification, test=replace(identification.test, drawing=single)))
+        is None
+    )
     result = by_one_factor()
     assert result.by_letter("e").fit.change == routes.UPDATED.update
     assert not any("soften" in notice for notice in result.notices)
@@ -401,17 +406,17 @@ BY_HYPERBOLA = UnbalanceOptions(
 
 def test_a_hyperbola_over_the_stroke_is_that_of_the_thesis():
     """Equations 54 and 55, real and imaginary part each with numbers of its own."""
-    _, _, found, _ = softened()
-    soft = softening_mounts(found)
+    _, _, identification, _ = softened()
+    soft = softening_mounts(identification)
     scale, limits, drops = 40e-6, np.array([0.9, 1.1]), np.array([0.3, -0.2])
     mounts = HyperbolicMounts(soft.positions, soft.stiffness, scale)
     lines = np.array([20.0, 60.0])
     motion = 1e-3 * np.ones((2, 6), complex) * (2 * np.pi * lines[:, None]) ** 2
-    static = found.calibrated.model.mount_part(lines)
+    static = identification.calibrated.model.mount_part(lines)
     unknowns = np.array([limits[0] - 1, limits[1] - 1, drops[0], drops[1]])
     taken = np.tensordot(unknowns, mounts.matrices(lines, static, motion), axes=1)
     strokes = mounts.strokes(lines, motion)
-    gain = found.calibrated.model.gain.at(lines) / (2 * np.pi * lines) ** 2
+    gain = identification.calibrated.model.gain.at(lines) / (2 * np.pi * lines) ** 2
     expected = np.zeros_like(static)
     for number, stiffness in enumerate(soft.stiffness):
         slope, offset = 1 / (drops * scale), 1 / drops
@@ -421,15 +426,15 @@ def test_a_hyperbola_over_the_stroke_is_that_of_the_thesis():
     np.testing.assert_allclose(taken, expected, rtol=1e-9)
     # the model that it makes has these factors in place of one, not on top of it
     over = mounts.over_stroke(unknowns)
-    modelled = replace(found.calibrated.model, mounts=over).mount_part(lines, strokes)
+    modelled = replace(identification.calibrated.model, mounts=over).mount_part(lines, strokes)
     np.testing.assert_allclose(modelled - static, expected, rtol=1e-6)
     change = mounts.change_at(unknowns, strokes[0])
     np.testing.assert_allclose(change, -0.1 + 0.3 / (1 + strokes[0] / scale))
 
 
 def test_mounts_that_soften_by_a_hyperbola_are_fitted_by_one():
-    test, _, found, _ = softened()
-    result = unbalance(test, found, BY_HYPERBOLA).chosen
+    test, _, identification, _ = softened()
+    result = unbalance(test, identification, BY_HYPERBOLA).chosen
     assert isinstance(result.fit.change, HyperbolicMounts)
     assert 20e-6 <= result.fit.change.scale <= 80e-6  # that of the bench is 30 µm
     assert errors(result.sweeps[0], 20, 50)[0] < SLACK * 0.05
@@ -437,8 +442,8 @@ def test_mounts_that_soften_by_a_hyperbola_are_fitted_by_one():
 
 def test_a_model_with_the_hyperbola_moves_as_the_bench_does(tmp_path):
     """Under the true load, 17 to 50 Hz, where mounts as the hammer met them err by a quarter."""
-    test, body, found, _ = softened()
-    result = unbalance(test, found, BY_HYPERBOLA)
+    test, body, identification, _ = softened()
+    result = unbalance(test, identification, BY_HYPERBOLA)
     lines = np.arange(17.0, 50.0, 1.0)
     true, load = running(body, SOURCE, lines), SOURCE.load(lines, 1.0)
 
@@ -448,13 +453,13 @@ def test_a_model_with_the_hyperbola_moves_as_the_bench_does(tmp_path):
             true.displacement * scale
         )
 
-    assert error(found.calibrated.model.motion(load, lines)) > 0.2
+    assert error(identification.calibrated.model.motion(load, lines)) > 0.2
     assert error(result.model.motion(load, lines)) < 0.03
     mounts = result.model.mounts
     np.testing.assert_allclose(
         mounts.strokes(true.displacement), true.amplitudes, rtol=0.05
     )  # the sheet has them within millimetres
     path = tmp_path / "compressor_model.json"
-    path.write_text(json.dumps(compressor_document(found, {}, mounts)), encoding="utf-8")
+    path.write_text(json.dumps(compressor_document(identification, {}, mounts)), encoding="utf-8")
     again = read_compressor_model(path)
     np.testing.assert_array_equal(again.motion(load, lines), result.model.motion(load, lines))

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 import deboom
-import kernels as bench
-from converged_fronts import REFERENCE, figures
 from deboom.explore.descent import converged_front, is_smooth, objectives_and_gradients
 from deboom.explore.front import common_box
 from deboom.explore.moments import Estimator
@@ -16,15 +14,17 @@ from deboom.explore.scatter import sobol_sample
 from deboom.explore.space import stiffness_factor_space
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.coupled_motion import CoupledMotion
-from known_truth import WithSlopes, exact_front, exp1, quad2
+from samples import drawn_cars
+from samples.known_truth import WithSlopes, exact_front, exp1, quad2
+from samples.reference_fronts import REFERENCE, figures
 
-SHAPE = bench.Shape("small", 4, 3, 41, 3, 2, 4)
-COUPLED = bench.coupled_problem(SHAPE)
-SECOND = replace(bench.coupled_problem(SHAPE, 2), load_case="second")
+SHAPE = drawn_cars.Shape("small", 4, 3, 41, 3, 2, 4)
+COUPLED = drawn_cars.coupled_problem(SHAPE)
+SECOND = replace(drawn_cars.coupled_problem(SHAPE, 2), load_case="second")
 MODELS = {
-    "prescribed": BoomingModel((bench.prescribed_problem(SHAPE),), (1.0,)),
+    "prescribed": BoomingModel((drawn_cars.prescribed_problem(SHAPE),), (1.0,)),
     "coupled": BoomingModel((COUPLED,), (1.0,)),
-    "tilted": BoomingModel((bench.tilted(COUPLED),), (1.0,)),
+    "tilted": BoomingModel((drawn_cars.tilted(COUPLED),), (1.0,)),
     "loss factors": BoomingModel((COUPLED.with_loss_factors(),), (1.0,), loss_factors=True),
     "two load cases": BoomingModel((COUPLED, SECOND), (1.0, 3.0)),
     "in numpy": BoomingModel((COUPLED,), (1.0,), compiled=False),
@@ -41,7 +41,7 @@ def assert_slopes(robust, seed, rtol):
     """Compare sums, their gradients and those of every mean with differences of fourth order."""
     k = robust.space.n_variables
     design = np.random.default_rng(seed).uniform(0.85, 1.15, k)
-    found, slopes = objectives_and_gradients(robust, design, each_mean=True)
+    computed, slopes = objectives_and_gradients(robust, design, each_mean=True)
     step = 2e-4
     rows = [robust(design + by * step * np.eye(k)) for by in (1, -1, 2, -2)]
     near_up, near_down, up, down = (np.column_stack([r.objectives, r.mean]) for r in rows)
@@ -49,7 +49,7 @@ def assert_slopes(robust, seed, rtol):
     np.testing.assert_allclose(slopes, expected, atol=rtol * np.abs(expected).max())
     values = robust(design[np.newaxis])
     whole = np.concatenate([values.objectives[0], values.mean[0]])
-    np.testing.assert_allclose(found, whole, rtol=1e-11)
+    np.testing.assert_allclose(computed, whole, rtol=1e-11)
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -85,7 +85,7 @@ def test_slopes_of_a_design_are_the_same_bits_in_any_batch(name):
 
 
 def test_a_softening_motion_has_no_exact_slopes():
-    softening = BoomingModel((bench.amplitude_problem(SHAPE),), (1.0,))
+    softening = BoomingModel((drawn_cars.amplitude_problem(SHAPE),), (1.0,))
     assert isinstance(softening.cases[0], CoupledMotion)
     assert not is_smooth(robust_of(softening))
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-import known_boxes
 from deboom.explore.box import Box, BoxQuestion, face_shares
 from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.explore.space import sobol_points
+from samples import known_boxes
 
 EFFORT = BoxEffort(calibration=2**18, verification=2**18)
 SLOPE = np.array([0.7, 1.1, 1.6, 0.9])
@@ -30,10 +30,10 @@ def test_a_disc_in_its_square_has_the_share_of_pi():
 def test_the_closed_form_is_the_optimum_of_the_exact_share():
     bounds = Box(("x1", "x2", "x3", "x4"), np.zeros(4), np.full(4, 3.0))
     closed = known_boxes.largest_linear_box(SLOPE, 1.0, 0.95, bounds.lower)
-    found = known_boxes.exact_largest_box(
+    box = known_boxes.exact_largest_box(
         known_boxes.LinearProblem(SLOPE[np.newaxis]), np.ones(1), 0.95, bounds, np.full(4, 0.1)
     )
-    assert found.upper == pytest.approx(closed.upper, rel=1e-3)
+    assert box.upper == pytest.approx(closed.upper, rel=1e-3)
 
 
 @pytest.mark.parametrize("instance", [("plane", 4, 1), ("bowl", 2, 1), ("QUAD2", 2, 1)])

@@ -9,7 +9,7 @@ from deboom.explore import front, sensitivity
 from deboom.explore.correlation import correlations, families, tolerance_scatter
 from deboom.explore.scatter import capability, predicted_pieces
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
-from known_indices import Ishigami, SobolG
+from samples.known_indices import Ishigami, SobolG
 
 
 def analysed(inputs, model, n_base, seed=1, **options):
@@ -20,10 +20,10 @@ def analysed(inputs, model, n_base, seed=1, **options):
 
 @pytest.mark.parametrize("model", [Ishigami(), SobolG()], ids=["Ishigami", "Sobol G"])
 def test_indices_reach_the_closed_form(model):
-    found, exact = analysed(model.inputs, model, 4096), model.exact
-    assert found.first[:, 0] == pytest.approx(exact.first, abs=0.005)
-    assert found.total[:, 0] == pytest.approx(exact.total, abs=0.005)
-    assert np.all(np.abs(found.total[:, 0] - exact.total) <= found.total_interval[:, 0])
+    indices, exact = analysed(model.inputs, model, 4096), model.exact
+    assert indices.first[:, 0] == pytest.approx(exact.first, abs=0.005)
+    assert indices.total[:, 0] == pytest.approx(exact.total, abs=0.005)
+    assert np.all(np.abs(indices.total[:, 0] - exact.total) <= indices.total_interval[:, 0])
 
 
 def test_ishigami_as_published():
@@ -36,7 +36,7 @@ def test_ishigami_as_published():
 def test_pair_indices_reach_the_closed_form(model):
     designs = sensitivity.sobol_designs(model.inputs, 4096, seed=1, pairs=True)
     names = model.inputs.factors
-    found = sensitivity.pair_indices(model(designs), names, ["y"], seed=1)
+    pairs = sensitivity.pair_indices(model(designs), names, ["y"], seed=1)
     if isinstance(model, Ishigami):  # only x1 and x3 act together, with all of x3's total index
         exact = np.zeros((3, 3))
         exact[0, 2] = exact[2, 0] = model.exact.total[2]
@@ -44,9 +44,9 @@ def test_pair_indices_reach_the_closed_form(model):
         alone = 1.0 / (3.0 * (1.0 + np.array(model.a)) ** 2)
         exact = np.outer(alone, alone) / (np.prod(1.0 + alone) - 1.0)
         np.fill_diagonal(exact, 0.0)
-    assert found.second[:, :, 0] == pytest.approx(exact, abs=0.02)
-    assert found.first[:, 0] == pytest.approx(model.exact.first, abs=0.005)
-    assert np.array_equal(found.second, found.second.transpose(1, 0, 2))
+    assert pairs.second[:, :, 0] == pytest.approx(exact, abs=0.02)
+    assert pairs.first[:, 0] == pytest.approx(model.exact.first, abs=0.005)
+    assert np.array_equal(pairs.second, pairs.second.transpose(1, 0, 2))
     with pytest.raises(InputError, match="two factors"):
         sensitivity.pair_indices(model(designs), names[:1], ["y"], seed=1)
 
@@ -57,9 +57,9 @@ def test_groups_reach_the_closed_form():
     alone = 1.0 / (3.0 * (1.0 + np.array(model.a)) ** 2)
     both = np.array([np.prod(1.0 + alone[:2]), np.prod(1.0 + alone[2:])]) - 1.0
     variance = np.prod(1.0 + both) - 1.0
-    found = analysed(inputs, model, 4096)
-    assert found.factors == ("a", "b")
-    assert found.first[:, 0] == pytest.approx(both / variance, abs=0.01)
+    indices = analysed(inputs, model, 4096)
+    assert indices.factors == ("a", "b")
+    assert indices.first[:, 0] == pytest.approx(both / variance, abs=0.01)
 
 
 def test_both_named_analyses_weigh_a_sum_by_its_variances():
@@ -68,10 +68,10 @@ def test_both_named_analyses_weigh_a_sum_by_its_variances():
         designs = sensitivity.sobol_designs(inputs, 1024, seed=3)
         assert designs.min() >= inputs.lower.min()
         assert designs.max() <= inputs.upper.max()
-        found = analysed(inputs, lambda x: x @ weights[:, None], 1024, seed=3)
+        indices = analysed(inputs, lambda x: x @ weights[:, None], 1024, seed=3)
         share = weights**2 / (weights**2).sum()
-        assert found.total[:, 0] == pytest.approx(share, abs=0.002)
-        assert found.first[:, 0] == pytest.approx(share, abs=0.005)
+        assert indices.total[:, 0] == pytest.approx(share, abs=0.002)
+        assert indices.first[:, 0] == pytest.approx(share, abs=0.005)
     drawn = designs[::5]  # gaussian, σ = 0.1, cut at ±3 σ
     assert drawn.std(axis=0) == pytest.approx([0.0986578] * 3, rel=2e-3)
     assert np.abs(drawn - 1.0).max() <= 0.3
@@ -84,14 +84,14 @@ def test_every_number_is_salibs():
     weights = random.normal(size=(5, 20))
     values = 1e3 + np.exp(designs @ weights) + (designs[:, :1] - 0.5) * designs[:, 1:2] ** 2
     names = [f"y{place}" for place in range(20)]
-    own, salib = (
+    ours, salib = (
         analyse(values, inputs.names, names, seed=9, n_resamples=30)
         for analyse in (sensitivity.fast_sobol_indices, sensitivity.sobol_indices)
     )
     for name in ("first", "total", "interaction"):
         for kind in (name, f"{name}_interval"):
             np.testing.assert_allclose(
-                getattr(own, kind), getattr(salib, kind), rtol=1e-9, atol=1e-12
+                getattr(ours, kind), getattr(salib, kind), rtol=1e-9, atol=1e-12
             )
 
 
@@ -114,17 +114,17 @@ def test_coefficients_are_those_of_numpy_and_scipy_also_with_ties():
     random = np.random.default_rng(1)
     values = random.normal(size=(80, 4)) @ random.normal(size=(4, 4))
     values[:, 1] = np.round(values[:, 1])
-    found = correlations(values, list("abcd"), seed=1, resamples=100)
-    assert found.pearson == pytest.approx(np.corrcoef(values.T), abs=1e-13)
-    assert found.spearman == pytest.approx(spearmanr(values).statistic, abs=1e-13)
+    computed = correlations(values, list("abcd"), seed=1, resamples=100)
+    assert computed.pearson == pytest.approx(np.corrcoef(values.T), abs=1e-13)
+    assert computed.spearman == pytest.approx(spearmanr(values).statistic, abs=1e-13)
 
 
 def test_intervals_cover_the_truth_as_often_as_they_say():
     random, r = np.random.default_rng(4), 0.6
     hits, n_sets = 0, 150
     for number in range(n_sets):
-        found = correlations(binormal(random, 150, r), "ab", seed=number + 1, resamples=200)
-        hits += found.pearson_low[0, 1] <= r <= found.pearson_high[0, 1]
+        computed = correlations(binormal(random, 150, r), "ab", seed=number + 1, resamples=200)
+        hits += computed.pearson_low[0, 1] <= r <= computed.pearson_high[0, 1]
     # 95 % asked; 150 sets of data leave ±5.4 % at three standard errors
     assert 0.88 < hits / n_sets < 1.0
 
@@ -153,18 +153,18 @@ def test_design_and_tolerance_correlation_of_linear_responses():
     assert mean == pytest.approx(both(designs), abs=0.02)
     whole = correlations(mean, "ab", seed=1, resamples=100)
     assert whole.pearson[0, 1] == pytest.approx(0.8, abs=0.04)
-    found = correlations(scatter, "ab", seed=1, resamples=100)
-    assert found.pearson[0, 1] == pytest.approx(0.8, abs=0.02)
-    assert found.pearson_low[0, 1] < 0.8 < found.pearson_high[0, 1]
+    computed = correlations(scatter, "ab", seed=1, resamples=100)
+    assert computed.pearson[0, 1] == pytest.approx(0.8, abs=0.02)
+    assert computed.pearson_low[0, 1] < 0.8 < computed.pearson_high[0, 1]
 
 
 def test_families_of_a_block_matrix_are_its_blocks():
     r = np.full((5, 5), 0.2)
     r[:2, :2], r[2:, 2:] = 0.95, 0.97
     np.fill_diagonal(r, 1.0)
-    found = families("abcde", r, cut=0.9)
-    assert found.members == (("c", "d", "e"), ("a", "b"))
-    assert found.merges[-1, 2] == pytest.approx(0.8)
+    grouped = families("abcde", r, cut=0.9)
+    assert grouped.members == (("c", "d", "e"), ("a", "b"))
+    assert grouped.merges[-1, 2] == pytest.approx(0.8)
     assert families("abcde", r, cut=0.96).members == (("c", "d", "e"), ("a",), ("b",))
 
 
@@ -183,10 +183,10 @@ def sample_of(n, mean, sigma):
 def test_montgomery_example_of_cp():
     # Montgomery, Statistical Quality Control: limits 38 and 62, n = 20, s = 1.75, 95 % two-sided:
     # Cp = 2.29 with 1.57 as lower end, the one-sided bound of 97.5 %; the book rounds Cp on the way
-    found = capability(sample_of(20, 50.0, 1.75), 38.0, 62.0, confidence=0.975)
-    assert found.cp == pytest.approx(2.29, abs=0.005)
-    assert found.cp_bound == pytest.approx(1.57, abs=0.006)
-    assert found.cpk == pytest.approx(found.cp)
+    index = capability(sample_of(20, 50.0, 1.75), 38.0, 62.0, confidence=0.975)
+    assert index.cp == pytest.approx(2.29, abs=0.005)
+    assert index.cp_bound == pytest.approx(1.57, abs=0.006)
+    assert index.cpk == pytest.approx(index.cp)
 
 
 def test_cpk_of_a_mean_off_the_middle_and_outside():
@@ -200,9 +200,13 @@ def test_cpk_of_a_mean_off_the_middle_and_outside():
 def test_bounds_hold_as_often_as_they_say():
     random = np.random.default_rng(1)
     true_cp, true_cpk = 0.12 / 6 / 0.015, 0.05 / 3 / 0.015
-    found = [capability(random.normal(1.01, 0.015, 30), 0.94, 1.06) for _ in range(2000)]
-    cp = np.mean([one.cp_bound <= true_cp for one in found])
-    cpk = np.mean([one.cpk_bound <= true_cpk for one in found])
+    capabilities = [capability(random.normal(1.01, 0.015, 30), 0.94, 1.06) for _ in range(2000)]
+    cp = np.mean(
+        [capability_of_sample.cp_bound <= true_cp for capability_of_sample in capabilities]
+    )
+    cpk = np.mean(
+        [capability_of_sample.cpk_bound <= true_cpk for capability_of_sample in capabilities]
+    )
     assert cp == pytest.approx(0.95, abs=0.015)
     assert cpk == pytest.approx(0.95, abs=0.02)
 
@@ -294,7 +298,7 @@ def test_equal_configurations_are_called_different_in_one_case_of_a_hundred(n_ru
 
 def test_a_difference_of_five_standard_errors_is_found():
     random = np.random.default_rng(2)
-    found = 0
+    successes = 0
     for _ in range(300):
         seeds = 0.01 * random.standard_normal((2, 10, 1)) + np.zeros((1, 1, 8))
         shift = 5.0 * 0.01 * np.sqrt(2.0 / 10.0)
@@ -302,5 +306,5 @@ def test_a_difference_of_five_standard_errors_is_found():
             front.Contestant("a", 0.8 + shift + seeds[0], np.full(10, np.nan)),
             front.Contestant("b", 0.8 + seeds[1], np.full(10, np.nan)),
         )
-        found += front.difference(*pair).verdict is front.FrontVerdict.real
-    assert found >= 270
+        successes += front.difference(*pair).verdict is front.FrontVerdict.real
+    assert successes >= 270

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from scipy import optimize, stats
 
-import known_truth
 from deboom.explore import scatter as tolerance_samples
 from deboom.explore.front import nondominated, replicates, search_bias, unbeaten
 from deboom.explore.front import verified as verified_values
@@ -21,7 +20,8 @@ from deboom.explore.robust import Robust
 from deboom.explore.scatter import FreshGaussianSampler, gaussian_sample, sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import stiffness_factor_space
-from known_truth import exact_front, exact_objectives, exp1, quad2
+from samples import known_truth
+from samples.known_truth import exact_front, exact_objectives, exp1, quad2
 
 CUT_NORMAL = stats.truncnorm(-3.0, 3.0)
 BOTH = pytest.mark.parametrize("make", [quad2, exp1])

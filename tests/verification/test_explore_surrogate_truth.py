@@ -7,7 +7,7 @@ import deboom
 from deboom.errors import InputError
 from deboom.explore.front import common_box
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
-from known_truth import exact_front, exp1, quad2
+from samples.known_truth import exact_front, exp1, quad2
 
 BUDGET = {"budget": 100, "draws": 32, "population": 24, "generations": 12}
 

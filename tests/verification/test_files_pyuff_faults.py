@@ -31,7 +31,7 @@ def functions(n, complex_values=True, lines=LINES):
 
 def blocks(data):
     """Cut a file into its sets: 58b by the announced bytes, others at their closing -1."""
-    found = []
+    texts = []
     while data:
         assert data.startswith(b"    -1\n")
         header = data.split(b"\n", 2)[1]
@@ -41,9 +41,9 @@ def blocks(data):
         else:
             end = data.index(b"    -1\n", 7)
         assert data[end:].startswith(b"    -1\n")
-        found.append(data[:end])
+        texts.append(data[:end])
         data = data[end + 7 :]
-    return found
+    return texts
 
 
 @pytest.mark.parametrize("binary", [False, True])

@@ -128,14 +128,14 @@ def test_labview_with_notes_comments_and_empty_channels(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "channel", "stated", "there"),
+    ("name", "channel", "stated", "n_written"),
     [
         ("multi_time_column.lvm", "Acceleration", 51200, 3),
         ("with_empty_fields.lvm", "Dev0/Ai2", 100, 7),
     ],
 )
-def test_a_labview_file_that_was_cut_is_refused(name, channel, stated, there):
-    words = f"'{channel}' has {stated} samples by its header and {there} in the file: copy"
+def test_a_labview_file_that_was_cut_is_refused(name, channel, stated, n_written):
+    words = f"'{channel}' has {stated} samples by its header and {n_written} in the file: copy"
     with pytest.raises(InputError, match=words):
         read_time_signals(LABVIEW / name, [channel])
 

@@ -112,41 +112,47 @@ def agrees(model: BoomingModel, robust: Robust, answers, designs, *, shown=0, by
     ends = [np.quantile(model.levels(rows, case), [0.025, 0.975], axis=0) for rows in made]
     for name, end in zip(("lower", "upper"), np.swapaxes(ends, 0, 1), strict=True):
         close(answers, name, end, LEVEL)
-    one, x = answers[1], designs[1:2]
+    answer, x = answers[1], designs[1:2]
     if by_gradient:
         gradient = model.gradient(designs) / n_lines
         close(answers, "gradient", gradient, SLOPE)
         slopes = model.gradient(robust.made(x[0])) / n_lines
         factor = 1.0 + robust.space.relative_sigma * robust.scatter(x[0])
         by = slopes * factor[:, np.newaxis]
-        near(one["meanBy"], by.mean(axis=0), SLOPE)
+        near(answer["meanBy"], by.mean(axis=0), SLOPE)
         deviation = model(robust.made(x[0])) / n_lines
         deviation -= deviation.mean(axis=0)
         sigma = np.sqrt((deviation**2).sum(axis=0) / (len(by) - 1))
         sigma_by = np.einsum("tv,tvk->vk", deviation, by) / (len(by) - 1) / sigma[:, np.newaxis]
-        near(one["sigmaBy"], sigma_by, SLOPE)
+        near(answer["sigmaBy"], sigma_by, SLOPE)
     for name, factor in (("softer", 0.9), ("stiffer", 1.1)):
         rows = np.repeat(x, x.shape[1], axis=0)
         np.fill_diagonal(rows, factor * x[0])
-        near(one[name], (model(rows) - model(x)) / n_lines, LEVEL)
+        near(answer[name], (model(rows) - model(x)) / n_lines, LEVEL)
     n_stiffness = x.shape[1] // (2 if model.loss_factors else 1)
     for v, vehicle in enumerate(model.response_names):
         table = model.paths(x[0], vehicle, case).ranking().set_index("path")
         share = table["share of the energy [%]"].reindex(model.variable_names).to_numpy()
         folded = share.reshape(-1, n_stiffness).sum(axis=0)
-        near(100 * np.array(one["paths"][v][1]), folded, 1e-7)
+        near(100 * np.array(answer["paths"][v][1]), folded, 1e-7)
         if not model.loss_factors:
             rms = table["rms contribution [Pa]"].reindex(model.variable_names)
-            near(one["paths"][v][0], rms.to_numpy(), 1e-10)
+            near(answer["paths"][v][0], rms.to_numpy(), 1e-10)
         curve = model.levels(x, case)[0, v]
         peaks = booming_peaks(curve, model.frequency, 1.5)
         at = [np.flatnonzero(model.frequency == peak.frequency)[0] for peak in peaks]
-        assert [peak["line"] for peak in one["peaks"][v]] == at
-        near([peak["prominence"] for peak in one["peaks"][v]], [p.prominence for p in peaks], LEVEL)
+        assert [peak["line"] for peak in answer["peaks"][v]] == at
+        near(
+            [peak["prominence"] for peak in answer["peaks"][v]],
+            [p.prominence for p in peaks],
+            LEVEL,
+        )
     sound = run_up_sound(model.pressure(x, case)[0, 0], model.frequency, SECONDS, RATE)
-    near(one["sound"], sound * tukey(len(sound), 2 * FADE_S / SECONDS), 1e-9 * np.abs(sound).max())
-    assert n_vehicles == len(one["paths"])
-    return one
+    near(
+        answer["sound"], sound * tukey(len(sound), 2 * FADE_S / SECONDS), 1e-9 * np.abs(sound).max()
+    )
+    assert n_vehicles == len(answer["paths"])
+    return answer
 
 
 def close(answers, name, wanted, atol):
@@ -175,14 +181,16 @@ def test_coupled_and_prescribed_motion_of_the_shipped_platform(platform, tmp_pat
     designs = designs_of(space)
     live = paged(coupled, robust, price)
     answers = of_page(live, designs, tmp_path, shown=1)
-    one = agrees(coupled, robust, answers, designs, shown=1)
+    answer = agrees(coupled, robust, answers, designs, shown=1)
     close(answers, "price", price(designs), 1e-7)
     peak = PeakLevel(coupled, (20.0, 60.0))
     close(answers, "loudest", peak(designs), LEVEL)
-    near(one["loudestBy"], peak.gradient(designs[1:2])[0], SLOPE)
+    near(answer["loudestBy"], peak.gradient(designs[1:2])[0], SLOPE)
     smooth = ScatteredLevel(coupled, np.ones(12), space.relative_sigma)
-    near(one["smoothed"], smooth(designs[1:2])[0], 1e-6)  # the energy of the scatter by differences
-    near(one["smoothedBy"], smooth.gradient(designs[1:2])[0], 1e-5)
+    near(
+        answer["smoothed"], smooth(designs[1:2])[0], 1e-6
+    )  # the energy of the scatter by differences
+    near(answer["smoothedBy"], smooth.gradient(designs[1:2])[0], 1e-5)
     # the same page with prescribed motion, whose forces it has from the coupled one
     prescribed = runs.model("prescribed")
     held = Robust(prescribed, space, draws=N_DRAWS, seed=2)
@@ -259,11 +267,11 @@ def test_an_improvement_finds_what_another_optimiser_finds(platform, tmp_path):
 
     starts = [np.ones(12), *np.random.default_rng(1).uniform(0.85, 1.15, (4, 12))]
     bounds = list(zip(space.lower, space.upper, strict=True))
-    found = [
+    optima = [
         minimize(mean, x, jac=slope, method="SLSQP", bounds=bounds, options={"maxiter": 60})
         for x in starts
     ]
-    best = min(one.fun for one in found)
+    best = min(optimum.fun for optimum in optima)
     live = paged(model, robust)
     program = f"""{script("model.js", "live_search.js")}
 const data = unpack({live.words}, {json.dumps(live.numbers)}), model = makeModel(data);

@@ -138,10 +138,10 @@ def test_operating_force_comes_back(n_cell):
     assert transfer.matrix == pytest.approx(share[:, :, :3].sum(axis=0), rel=1e-12)
     load = random_load(3)
     load[:, 3:] = 0.0
-    found = operating_force(transfer, operating(cells, share, load))
-    assert found == pytest.approx(load[:, :3], rel=1e-11)
+    force = operating_force(transfer, operating(cells, share, load))
+    assert force == pytest.approx(load[:, :3], rel=1e-11)
     # multiplied instead of divided by, forces are 12 % small where cells see 94 %
-    wrong = found @ (transfer.matrix @ transfer.matrix).T
+    wrong = force @ (transfer.matrix @ transfer.matrix).T
     ratio = np.linalg.norm(wrong, axis=1) / np.linalg.norm(load[:, :3], axis=1)
     assert ratio == pytest.approx(0.94**2, rel=0.15)
 
@@ -197,10 +197,10 @@ def test_forces_of_the_bench(campaigns, name, tolerances):
         transfer = force_transfer_matrix(campaign.shaker_runs, cells, mount)
         assert transfer.condition_number < 1.1
         assert transfer.residual < 0.01
-        found = operating_force(transfer, campaign.runs[0].cell_force)
+        force = operating_force(transfer, campaign.runs[0].cell_force)
         for axis, tolerance in tolerances.items():
             true = truth["force"][0, :, channels.index(f"{mount} {axis}")]
-            error = found[:, "xyz".index(axis)] - true
+            error = force[:, "xyz".index(axis)] - true
             assert np.linalg.norm(error) < tolerance * np.linalg.norm(true)
 
 
@@ -269,8 +269,8 @@ def truth_of(folder, mount_set="M1"):
         return dict(data)
 
 
-def relative(found, true):
-    return np.max(np.abs(found - true) / np.abs(true))
+def relative(estimated, true):
+    return np.max(np.abs(estimated - true) / np.abs(true))
 
 
 def test_without_errors_everything_comes_back(tmp_path):
@@ -328,8 +328,8 @@ def demodulated(run, signal, angle, turns, middle):
         ],
         axis=1,
     )
-    found = np.linalg.lstsq(basis, signal[inside], rcond=None)[0]
-    return found[0] - 1j * found[1]
+    amplitudes = np.linalg.lstsq(basis, signal[inside], rcond=None)[0]
+    return amplitudes[0] - 1j * amplitudes[1]
 
 
 def test_time_data_carry_the_true_order_on_the_tacho(tmp_path):
@@ -450,26 +450,28 @@ def test_loads_of_an_engine_without_balancer_shafts(without_shafts):
     assert "Newton's law of the powertrain is contradicted: reduced χ²" in alarm
     assert "(stated: my; keys balancer_shafts and excited of [engine])" in alarm
     assert f"ALARM: {alarm}" in described(wrong)
-    for name, one in wrong.directions.items():
+    for name, mount_direction in wrong.directions.items():
         if name.startswith("Du"):  # wheel ends have no law of Newton to break
-            assert one.budget.identified
+            assert mount_direction.budget.identified
             continue
-        assert not one.budget.identified
-        assert one.budget.half_width_95 > 10 * right.directions[name].budget.half_width_95
-        assert true_error(campaign, truth, wrong, name) < one.budget.half_width_95
+        assert not mount_direction.budget.identified
+        assert (
+            mount_direction.budget.half_width_95 > 10 * right.directions[name].budget.half_width_95
+        )
+        assert true_error(campaign, truth, wrong, name) < mount_direction.budget.half_width_95
     assert not any(d.quality.identified for part in wrong.mounts[:3] for d in part.directions)
 
 
 def test_half_widths_grow_with_what_newtons_law_leaves(without_shafts):
     """The larger the share of the load that was stated to be zero, the wider the bands."""
     campaign = read_campaign(without_shafts)
-    one = characterise(replace(campaign, excited=("fz", "my")), "M1")
+    less_known = characterise(replace(campaign, excited=("fz", "my")), "M1")
     both = characterise(replace(campaign, excited=("my",)), "M1")
-    misfits = [dict(result.chains[0].misfit)[NEWTON] for result in (one, both)]
-    widths = [result.directions["EnM z"].budget.half_width_95 for result in (one, both)]
+    misfits = [dict(result.chains[0].misfit)[NEWTON] for result in (less_known, both)]
+    widths = [result.directions["EnM z"].budget.half_width_95 for result in (less_known, both)]
     assert LARGEST_MISFIT < misfits[0] < misfits[1]
     assert widths[0] < widths[1]
-    for result, misfit in zip((one, both), misfits, strict=True):
+    for result, misfit in zip((less_known, both), misfits, strict=True):
         ratio = result.directions["EnM z"].budget.enlargement
         assert ratio == pytest.approx(np.sqrt(misfit / LARGEST_MISFIT))
 

@@ -36,14 +36,18 @@ def accelerance(body, rng, noise=0.002, hung=0.0, lines=LINES):
     return values + noise * np.abs(values) * (errors[0] + 1j * errors[1])
 
 
-def scores(found, body):
+def scores(identified, body):
     mass, centre, inertia = body
     products = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
     truth = np.array([mass, *centre, *(inertia[i, j] for i, j in products)])
     value = np.array(
-        [found.body.mass, *found.body.centre, *(found.body.inertia[i, j] for i, j in products)]
+        [
+            identified.body.mass,
+            *identified.body.centre,
+            *(identified.body.inertia[i, j] for i, j in products),
+        ]
     )
-    return (value - truth) / found.deviation
+    return (value - truth) / identified.deviation
 
 
 def test_twenty_free_bodies_with_flexible_modes():
@@ -51,10 +55,10 @@ def test_twenty_free_bodies_with_flexible_modes():
     rng, inside = np.random.default_rng(5), []
     for _ in range(20):
         body = drawn_body(rng)
-        found = free_body(LINES, accelerance(body, rng))
-        assert found.body.mass == pytest.approx(body[0], rel=0.005)
-        assert found.body.centre == pytest.approx(body[1], abs=0.3e-3)
-        inside.extend(np.abs(scores(found, body)) < 1.96)
+        identified = free_body(LINES, accelerance(body, rng))
+        assert identified.body.mass == pytest.approx(body[0], rel=0.005)
+        assert identified.body.centre == pytest.approx(body[1], abs=0.3e-3)
+        inside.extend(np.abs(scores(identified, body)) < 1.96)
     assert 0.90 <= np.mean(inside) <= 0.98
 
 
@@ -84,9 +88,9 @@ def test_channels_of_other_gains_widen_the_intervals():
         body = drawn_body(rng)
         gains = 1 + 0.01 * rng.normal(size=(2, 6))
         values = gains[0][:, None] * accelerance(body, rng) * gains[1]
-        found = free_body(LINES, values, gain_deviation=0.01)
-        inside.append(np.abs(scores(found, body)) < 1.96)
-        widths.append(found.deviation[0] / body[0])
+        identified = free_body(LINES, values, gain_deviation=0.01)
+        inside.append(np.abs(scores(identified, body)) < 1.96)
+        widths.append(identified.deviation[0] / body[0])
     assert 0.90 <= np.mean(inside) <= 0.99
     assert np.median(widths) == pytest.approx(0.01 * np.sqrt(2 / 3), rel=0.3)
 
@@ -97,9 +101,9 @@ def test_raw_sensors_and_impacts_give_the_body_at_the_virtual_point():
     sensors = forward_matrices(rng.uniform(-0.2, 0.2, (4, 3)))
     impacts = forward_matrices(rng.uniform(-0.2, 0.2, (4, 3)))
     raw = sensors @ accelerance(body, rng, noise=0.0) @ impacts.T
-    found = free_body(LINES, raw, sensors=sensors, impacts=impacts)
-    assert found.body.mass == pytest.approx(body[0], rel=0.002)
-    assert found.body.centre == pytest.approx(body[1], abs=0.3e-3)
+    identified = free_body(LINES, raw, sensors=sensors, impacts=impacts)
+    assert identified.body.mass == pytest.approx(body[0], rel=0.002)
+    assert identified.body.centre == pytest.approx(body[1], abs=0.3e-3)
 
 
 @pytest.mark.parametrize(

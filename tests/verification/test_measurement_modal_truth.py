@@ -107,9 +107,9 @@ def test_refined_poles_of_a_chain_of_masses_are_the_true_ones(form, added):
         for hertz, ratio in zip(1.002 * omega / (2 * np.pi), 1.4 * damping, strict=True)
     ]
     clusters, auxiliary = refined_poles(frf, form, (5.0, 80.0), rough[1:], rough[:1])
-    found = [*auxiliary, *clusters]
-    assert [2 * np.pi * each.frequency for each in found] == pytest.approx(omega, rel=1e-8)
-    assert [each.damping for each in found] == pytest.approx(damping, rel=1e-7)
+    poles = [*auxiliary, *clusters]
+    assert [2 * np.pi * each.frequency for each in poles] == pytest.approx(omega, rel=1e-8)
+    assert [each.damping for each in poles] == pytest.approx(damping, rel=1e-7)
 
 
 def test_maximum_likelihood_takes_the_bias_off_the_damping_of_near_modes():
@@ -250,8 +250,8 @@ def vehicle(request, tmp_path_factory):
     write_vehicle(folder, 1, request.param, errors=errors, load_cases=(), accelerance=False)
     truth = np.load(folder / "truth/vehicle.npz")
     shapes = truth["shapes_at_interfaces"][:, :, :3].reshape(len(truth["damping_ratios"]), -1)
-    known = np.hstack([shapes, truth["shapes_at_panels"]])
-    return body_modes(read_vehicle(folder)), truth, known
+    measured = np.hstack([shapes, truth["shapes_at_panels"]])
+    return body_modes(read_vehicle(folder)), truth, measured
 
 
 def test_five_modes_of_a_vehicle_out_of_its_files(vehicle):
@@ -271,11 +271,11 @@ def test_panels_of_each_mode_add_up_and_are_the_true_ones(vehicle):
     at_modes = panel_pressure(cabin, truth["natural_frequencies"][:5])[:, 0]
     true = at_modes * truth["shapes_at_panels"][:5]
     true = (true / true.sum(axis=1, keepdims=True)).real
-    found = part.panels.shares[:5]
-    assert found.sum(axis=1) == pytest.approx(1.0, abs=1e-12)
-    assert np.abs(found - true).max() < 0.06
-    assert found.shape == (5, 8)
-    assert np.array_equal(found.argmax(axis=1), true.argmax(axis=1))
+    shares = part.panels.shares[:5]
+    assert shares.sum(axis=1) == pytest.approx(1.0, abs=1e-12)
+    assert np.abs(shares - true).max() < 0.06
+    assert shares.shape == (5, 8)
+    assert np.array_equal(shares.argmax(axis=1), true.argmax(axis=1))
 
 
 def pressure_of_modes(reciprocal, direct, accelerance, ear):
@@ -312,9 +312,9 @@ def test_panels_bring_what_hammer_and_loudspeaker_say_a_mode_brings(exact_vehicl
         )
     ]
     expected = pressure_of_modes(*models, car.ears[0])[:5]
-    found = part.panels.pressure[:5]
-    assert np.abs(found / expected - 1).max() < 0.05
-    without = found - part.panels.values[:5, part.panels.panels.index("trunk floor")]
+    pressure = part.panels.pressure[:5]
+    assert np.abs(pressure / expected - 1).max() < 0.05
+    without = pressure - part.panels.values[:5, part.panels.panels.index("trunk floor")]
     assert abs(without[0] / expected[0]) < 0.6
 
 

@@ -61,9 +61,9 @@ def test_sign_in_a_tube_of_standing_waves():
             ]
         )
         ratio.append(np.linalg.solve(matrix, np.array([0, 1 / area, 0, 0], dtype=complex))[3])
-    found = reciprocal_noise_transfer(as_reciprocal(np.array(ratio)))
+    transfer = reciprocal_noise_transfer(as_reciprocal(np.array(ratio)))
 
-    error = np.abs(found.values[:, 0, 0] - pressure_per_force) / np.abs(pressure_per_force)
+    error = np.abs(transfer.values[:, 0, 0] - pressure_per_force) / np.abs(pressure_per_force)
     assert error.max() < 1e-10
 
 
@@ -189,11 +189,11 @@ def measured(tmp_path_factory):
 
 def test_exact_files_give_the_noise_transfer_back(exact):
     folder, car = exact
-    found = wrench_noise_transfer(car)
+    transfer = wrench_noise_transfer(car)
     with np.load(folder / "truth/body.npz") as truth:
-        np.testing.assert_array_equal(found.transfer.frequency, truth["frequency"])
+        np.testing.assert_array_equal(transfer.transfer.frequency, truth["frequency"])
         true = truth["noise_transfer"]
-    off = np.abs(found.transfer.values[:, 0] - true).max(axis=0)
+    off = np.abs(transfer.transfer.values[:, 0] - true).max(axis=0)
     assert np.all(off < 1e-6 * np.abs(true).max(axis=0))
 
 
@@ -201,28 +201,28 @@ def test_an_error_of_place_acts_through_the_moments_about_the_other_two_axes(exa
     sure = dict.fromkeys((item.name for item in fields(PlacementTolerances)), 1e-12)
     stated = PlacementTolerances(**{**sure, "sensor_position": 1e-3})
     car = replace(exact[1], coherence=np.ones_like(exact[1].coherence), tolerances=stated)
-    found = wrench_noise_transfer(car, ("mount 1",))
-    squared = np.abs(found.transfer.values[:, 0, 3:]) ** 2
+    transfer = wrench_noise_transfer(car, ("mount 1",))
+    squared = np.abs(transfer.transfer.values[:, 0, 3:]) ** 2
     expected = 1e-3 * np.sqrt(squared @ (1 - np.eye(3)))
-    np.testing.assert_allclose(found.deviation[:, :3], expected, rtol=1e-6)
+    np.testing.assert_allclose(transfer.deviation[:, :3], expected, rtol=1e-6)
 
 
 def test_exact_files_give_the_body_back(exact):
     folder, car = exact
-    found = wrench_accelerance(car, ("mount 3", car.hoses[0].name))
-    assert found.outputs[3:7] == tuple(
+    body = wrench_accelerance(car, ("mount 3", car.hoses[0].name))
+    assert body.outputs[3:7] == tuple(
         f"{name}" for name in ("mount 3 rx", "mount 3 ry", "mount 3 rz", f"{car.hoses[0].name} x")
     )
-    assert found.inputs[2:4] == ("mount 3 z", "mount 3 mx")
+    assert body.inputs[2:4] == ("mount 3 z", "mount 3 mx")
     with np.load(folder / "truth/body.npz") as truth:
         squared = ((2 * np.pi * truth["frequency"]) ** 2)[:, None, None]
         for block, point in ((slice(0, 6), 2), (slice(6, 12), 3)):
-            receptance = -found.values[:, block, block] / squared
+            receptance = -body.values[:, block, block] / squared
             true = truth["point_receptance"][:, point]
             # rows and columns of different units: each entry by its own largest value
             off = np.abs(receptance - true).max(axis=0) / np.abs(true).max(axis=0)
             assert off.max() < 1e-6
-    whole = found.values
+    whole = body.values
     np.testing.assert_allclose(
         whole[:, :6, 6:], whole[:, 6:, :6].swapaxes(1, 2), atol=1e-6 * np.abs(whole).max()
     )
@@ -231,9 +231,9 @@ def test_exact_files_give_the_body_back(exact):
 def test_exact_sweeps_are_the_coupled_car(exact):
     folder, car = exact
     transfer = wrench_noise_transfer(car)
-    there = operation(SEED, CalibrationLevel.C2, CAR_PLAN, noise_free=True).laboratory
-    rows = there.placed.response_rows()
-    forward = forward_matrices(there.compressor.positions)
+    laboratory = operation(SEED, CalibrationLevel.C2, CAR_PLAN, noise_free=True).laboratory
+    rows = laboratory.placed.response_rows()
+    forward = forward_matrices(laboratory.compressor.positions)
     for number, sweep in enumerate(car.operation.sweeps):
         with np.load(folder / f"truth/{number}.npz") as truth:
             lines, body = truth["frequency"], truth["body_motion"].reshape(-1, 5, 6)
@@ -248,7 +248,7 @@ def test_exact_sweeps_are_the_coupled_car(exact):
         np.testing.assert_allclose(sweep.sound.values[:, 0], pressure, rtol=1e-10)
         # mounts push with what their two sides differ by
         squeezed = (sweep.acceleration.values @ np.linalg.pinv(rows).T) @ forward.T - held
-        stiffness = mount_stiffnesses(there.compressor, lines)
+        stiffness = mount_stiffnesses(laboratory.compressor, lines)
         force = np.einsum(
             "fmab,fmb->fma", stiffness, -(squeezed / squared).reshape(len(lines), 3, 3)
         )
@@ -262,10 +262,10 @@ def test_exact_sweeps_are_the_coupled_car(exact):
 
 def test_errors_are_as_large_as_stated(measured):
     folder, car = measured
-    found = wrench_noise_transfer(car)
+    transfer = wrench_noise_transfer(car)
     with np.load(folder / "truth/body.npz") as truth:
-        error = np.abs(found.transfer.values[:, 0] - truth["noise_transfer"])
-    ratio = np.sqrt(np.mean((error / found.deviation) ** 2, axis=0))
+        error = np.abs(transfer.transfer.values[:, 0] - truth["noise_transfer"])
+    ratio = np.sqrt(np.mean((error / transfer.deviation) ** 2, axis=0))
     # 30 functions of errors that are one draw each: not each of them, but all together
     assert 0.7 < np.sqrt(np.mean(ratio**2)) < 1.4
     assert ratio.max() < 2.5
@@ -297,16 +297,16 @@ def test_sweeps_scatter_as_stated(measured):
 
 
 def test_lines_are_chosen_and_never_made(exact):
-    found = wrench_noise_transfer(exact[1], ("mount 2",))
-    assert found.transfer.inputs == tuple(
+    transfer = wrench_noise_transfer(exact[1], ("mount 2",))
+    assert transfer.transfer.inputs == tuple(
         f"mount 2 {load}" for load in ("x", "y", "z", "mx", "my", "mz")
     )
-    some = found.at(np.array([20.0, 90.5]))
-    rows = np.searchsorted(found.transfer.frequency, [20.0, 90.5])
-    np.testing.assert_array_equal(some.transfer.values, found.transfer.values[rows])
-    np.testing.assert_array_equal(some.deviation, found.deviation[rows])
+    some = transfer.at(np.array([20.0, 90.5]))
+    rows = np.searchsorted(transfer.transfer.frequency, [20.0, 90.5])
+    np.testing.assert_array_equal(some.transfer.values, transfer.transfer.values[rows])
+    np.testing.assert_array_equal(some.deviation, transfer.deviation[rows])
     with pytest.raises(InputError, match=r"no line at 20.2 Hz.*nothing is interpolated"):
-        found.at(np.array([20.0, 20.2]))
+        transfer.at(np.array([20.0, 20.2]))
     with pytest.raises(InputError, match="no point 'mount 4'"):
         wrench_noise_transfer(exact[1], ("mount 4",))
     with pytest.raises(InputError, match="name at least one"):

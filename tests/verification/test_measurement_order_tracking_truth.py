@@ -139,11 +139,11 @@ def test_record_and_tacho_may_start_at_different_times():
     later = TimeRecord(full.values[8000:], RATE, full.channels, "N", start=8000 / RATE)
     shaft = run.shaft()
     lines = np.array([1500.0, 2000.0])
-    expected, found = (
+    expected, shifted = (
         vold_kalman_spectra(record, shaft, [1.5], lines, bandwidth=3.0)[0].spectrum.values
         for record in (full, later)
     )
-    np.testing.assert_allclose(found, expected, atol=1e-4)
+    np.testing.assert_allclose(shifted, expected, atol=1e-4)
 
 
 START, SLOPE, DURATION, LATE = 12.0, 7.6, 5.0, 1 / 3

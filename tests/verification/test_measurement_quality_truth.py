@@ -20,7 +20,7 @@ from deboom.measurement.culprit import (
 from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
 from deboom.physics.frf import FrfForm, convert
 from deboom.physics.rigid_body import rotation_matrix
-from hammer_test import CAREFUL, EXACT, OFFSET, draw_fault, draw_hammer_test, measure
+from samples.hammer_test import CAREFUL, EXACT, OFFSET, draw_fault, draw_hammer_test, measure
 
 
 @pytest.fixture(scope="module")
@@ -54,9 +54,9 @@ def test_geometric_consistency_by_hand(hammer):
     largest = max(np.abs(values.real).max(), np.abs(values.imag).max())
     by_hand = (np.abs(error.real) + np.abs(error.imag)).sum(axis=0) / (largest * 2 * 5)
     spectrum = Spectrum(np.arange(1.0, 6.0), values, response.channels, "m/s^2")
-    found = quality.geometric_consistency(response, spectrum)
-    assert list(found) == list(response.channels)
-    assert np.array(list(found.values())) == pytest.approx(by_hand, rel=1e-10)
+    consistency = quality.geometric_consistency(response, spectrum)
+    assert list(consistency) == list(response.channels)
+    assert np.array(list(consistency.values())) == pytest.approx(by_hand, rel=1e-10)
     # as printed, without absolute values, errors of opposite sign cancel
     printed = np.abs(error.real.sum(axis=0) + error.imag.sum(axis=0)) / (largest * 2 * 5)
     assert np.median(printed) < 0.6 * np.median(by_hand)
@@ -68,16 +68,16 @@ def test_rigid_consistency_is_the_peers_where_the_peer_is_right(hammer):
     one_push = measured.select(inputs=measured.inputs[:1])
     u = one_push.values[:, :, 0]
     filtered = u @ (response.forward @ np.linalg.pinv(response.forward)).T
-    found = quality.response_consistency(response, one_push)
+    consistency = quality.response_consistency(response, one_push)
     overall = np.linalg.norm(filtered, axis=1) / np.linalg.norm(u, axis=1)
     coherence = np.abs(u + filtered) ** 2 / (2 * (np.abs(u) ** 2 + np.abs(filtered) ** 2))
-    assert found.overall == pytest.approx(overall, rel=1e-12)
-    assert found.specific == pytest.approx(coherence, rel=1e-12)
+    assert consistency.overall == pytest.approx(overall, rel=1e-12)
+    assert consistency.specific == pytest.approx(coherence, rel=1e-12)
     one_channel = measured.select(outputs=measured.outputs[:1])
     y = one_channel.values[:, 0, :]
     filtered = y @ (excitation.forward @ np.linalg.pinv(excitation.forward)).T
-    found = quality.excitation_consistency(excitation, one_channel)
-    assert found.overall == pytest.approx(
+    consistency = quality.excitation_consistency(excitation, one_channel)
+    assert consistency.overall == pytest.approx(
         np.linalg.norm(filtered, axis=1) / np.linalg.norm(y, axis=1), rel=1e-12
     )
 
@@ -102,11 +102,13 @@ def at_point(test, response, excitation, generator, **errors):
 
 def test_reciprocity_falls_with_a_gyroscopic_pair_and_names_it(hammer):
     test, response, excitation, generator = hammer
-    found = at_point(test, response, excitation, generator)
-    assert quality.reciprocity(found).worst()[1] > 0.95
-    values = found.values.copy()
+    reciprocity = at_point(test, response, excitation, generator)
+    assert quality.reciprocity(reciprocity).worst()[1] > 0.95
+    values = reciprocity.values.copy()
     values[:, 1, 3] *= -1.0
-    turned = Frf(found.frequency, values, found.outputs, found.inputs, found.unit)
+    turned = Frf(
+        reciprocity.frequency, values, reciprocity.outputs, reciprocity.inputs, reciprocity.unit
+    )
     pair, value = quality.reciprocity(turned).worst(smallest=0.0)
     assert pair == "y–rx"
     assert value < 0.1
@@ -116,7 +118,7 @@ def test_power_of_every_force_is_what_the_margin_bounds(hammer):
     test, *_, generator = hammer
     names = ("x", "y", "z", "rx", "ry", "rz")
     frf = Frf(test.frequency, test.inertance, names, tuple("f" + n for n in names), "m/s^2/N")
-    found = quality.passivity(frf, FrfForm.INERTANCE, 0.1)
+    passivity = quality.passivity(frf, FrfForm.INERTANCE, 0.1)
     mobility = convert(frf.values, frf.frequency, FrfForm.INERTANCE, FrfForm.MOBILITY)
     force = generator.normal(size=(2, 200, 6))
     force = (force[0] + 1j * force[1]) * [1, 1, 1, 0.1, 0.1, 0.1]
@@ -124,8 +126,8 @@ def test_power_of_every_force_is_what_the_margin_bounds(hammer):
     size = np.sum(np.abs(force / [1, 1, 1, 0.1, 0.1, 0.1]) ** 2, axis=1)
     scale = np.array([1, 1, 1, 0.1, 0.1, 0.1])
     largest = np.linalg.norm(mobility * np.outer(scale, scale), ord=2, axis=(1, 2))
-    assert np.all(power / size / largest[:, np.newaxis] >= found.margin[:, np.newaxis] - 1e-12)
-    assert found.margin.min() > 0
+    assert np.all(power / size / largest[:, np.newaxis] >= passivity.margin[:, np.newaxis] - 1e-12)
+    assert passivity.margin.min() > 0
     # the apparent mass takes the same power
     inverse = Frf(frf.frequency, np.linalg.inv(frf.values), frf.inputs, names, "N s^2/m")
     loads = Frf(
@@ -140,11 +142,11 @@ def test_one_degree_of_freedom_has_the_phase_of_its_inertance():
     receptance = 1 / (1e5 * (1 + 0.1j) - 2.0 * omega**2)
     inertance = (-(omega**2) * receptance)[:, np.newaxis, np.newaxis]
     frf = Frf(frequency, inertance, ("x",), ("fx",), "m/s^2/N")
-    found = quality.passivity(frf, FrfForm.INERTANCE, 1.0)
+    passivity = quality.passivity(frf, FrfForm.INERTANCE, 1.0)
     phase = np.angle(inertance[:, 0, 0])
     assert np.all((phase > 0) & (phase < np.pi))
-    assert found.driving_point[:, 0] == pytest.approx(np.sin(phase), rel=1e-9)
-    assert found.margin == pytest.approx(np.sin(phase), rel=1e-9)
+    assert passivity.driving_point[:, 0] == pytest.approx(np.sin(phase), rel=1e-9)
+    assert passivity.margin == pytest.approx(np.sin(phase), rel=1e-9)
     reversed_sensor = Frf(frequency, -inertance, ("x",), ("fx",), "m/s^2/N")
     assert quality.passivity(reversed_sensor, FrfForm.INERTANCE, 1.0).active_share == 1.0
 
@@ -165,22 +167,22 @@ def diagnose(seed, kind, *, n_sensor=6, errors=EXACT, noise=0.01):
 @pytest.mark.parametrize("n_sensor", [6, 4])
 def test_sensor_and_fault_are_named(kind, n_sensor):
     for seed in SEEDS:
-        found, fault = diagnose(seed, kind, n_sensor=n_sensor)
-        assert found.named, found.verdict
-        assert found.suspect.name == fault.sensor
-        assert found.suspect.fault is kind
+        culprit, fault = diagnose(seed, kind, n_sensor=n_sensor)
+        assert culprit.named, culprit.verdict
+        assert culprit.suspect.name == fault.sensor
+        assert culprit.suspect.fault is kind
         if kind is not Fault.OFFSET:
-            assert set(found.suspect.channels) == set(fault.channels)
-        assert found.suspect.residual_undone < 0.02 < found.residual_of_all
-        assert found.residual_without[fault.sensor] == min(found.residual_without.values())
+            assert set(culprit.suspect.channels) == set(fault.channels)
+        assert culprit.suspect.residual_undone < 0.02 < culprit.residual_of_all
+        assert culprit.residual_without[fault.sensor] == min(culprit.residual_without.values())
 
 
 def test_the_size_of_an_offset_is_found():
-    found, fault = diagnose(1, Fault.OFFSET, noise=0.0)
+    culprit, fault = diagnose(1, Fault.OFFSET, noise=0.0)
     x, y, z = 1e3 * fault.offset
-    assert f"sits {1e3 * OFFSET:.1f} mm" in found.suspect.detail
-    assert f"({x:+.1f}, {y:+.1f}, {z:+.1f}) mm" in found.suspect.detail
-    assert found.verdict.startswith(f"{fault.sensor}: wrong position")
+    assert f"sits {1e3 * OFFSET:.1f} mm" in culprit.suspect.detail
+    assert f"({x:+.1f}, {y:+.1f}, {z:+.1f}) mm" in culprit.suspect.detail
+    assert culprit.verdict.startswith(f"{fault.sensor}: wrong position")
 
 
 def test_nobody_is_accused_without_a_fault():
@@ -193,8 +195,8 @@ def test_nobody_is_accused_without_a_fault():
 
 
 def test_what_tolerances_allow_is_nobodys_fault():
-    found, fault = diagnose(3, Fault.OFFSET)
-    assert found.named
+    culprit, fault = diagnose(3, Fault.OFFSET)
+    assert culprit.named
     generator = np.random.default_rng(3)
     test = draw_hammer_test(generator)
     measured = measure(test, generator, fault=draw_fault(test, Fault.OFFSET, generator))
@@ -207,9 +209,9 @@ def test_what_tolerances_allow_is_nobodys_fault():
 
 def test_three_sensors_name_a_reversed_channel_and_accuse_nobody_of_more():
     for seed in SEEDS:
-        found, fault = diagnose(seed, Fault.SIGN, n_sensor=3)
-        assert found.named
-        assert found.suspect.name == fault.channels[0]
+        culprit, fault = diagnose(seed, Fault.SIGN, n_sensor=3)
+        assert culprit.named
+        assert culprit.suspect.name == fault.channels[0]
         for kind in (Fault.AXES, Fault.OFFSET):
             assert not diagnose(seed, kind, n_sensor=3)[0].named
     swapped, _ = diagnose(1, Fault.AXES, n_sensor=3)
@@ -265,11 +267,11 @@ def test_what_was_done_to_a_channel_is_named(seed, spoil, fault, name, words):
         judge, geometry = culprit_of_excitation, virtual_point.impact_geometry(test.impacts)
     point = virtual_point.virtual_point(geometry)
     assert not judge(point, measured, EXACT).named
-    found = judge(point, replace(measured, values=values), EXACT)
-    assert found.named
-    assert found.suspect.fault is fault
-    assert name in {found.suspect.name, " ".join(found.suspect.channels)}
-    assert words in found.verdict
+    culprit = judge(point, replace(measured, values=values), EXACT)
+    assert culprit.named
+    assert culprit.suspect.fault is fault
+    assert name in {culprit.suspect.name, " ".join(culprit.suspect.channels)}
+    assert words in culprit.verdict
 
 
 def test_switched_off_channels_do_not_confuse():
@@ -280,9 +282,9 @@ def test_switched_off_channels_do_not_confuse():
     healthy = [s for s in test.sensors if s.name != fault.sensor]
     off = (healthy[0].channels[1], healthy[1].channels[2])
     geometry = virtual_point.sensor_geometry(test.sensors, switched_off=off)
-    found = culprit_of_responses(virtual_point.virtual_point(geometry), measured, EXACT)
-    assert found.named
-    assert found.suspect.channels == fault.channels
+    culprit = culprit_of_responses(virtual_point.virtual_point(geometry), measured, EXACT)
+    assert culprit.named
+    assert culprit.suspect.channels == fault.channels
 
 
 def test_nothing_can_be_said_without_redundancy():
@@ -291,10 +293,10 @@ def test_nothing_can_be_said_without_redundancy():
     names = [c for s in test.sensors for c in s.channels]
     for off in ((names[0], names[4], names[8]), (names[1], names[5], names[6])):
         geometry = virtual_point.sensor_geometry(test.sensors, switched_off=off)
-        found = find_culprit(geometry, generator.normal(size=(9, 6)), EXACT)
-        assert not found.named
-        assert found.suspect is None
-        assert "no redundancy" in found.verdict
+        culprit = find_culprit(geometry, generator.normal(size=(9, 6)), EXACT)
+        assert not culprit.named
+        assert culprit.suspect is None
+        assert "no redundancy" in culprit.verdict
 
 
 NOTHING = replace(EXACT, acceleration_own=0.0, acceleration_norm=0.0)
@@ -314,11 +316,13 @@ def drawn_errors(sensors, motion, tolerances, generator):
         here = motion[:3].T + np.cross(motion[3:].T, placed)
         shown = here @ turned
         shown = gain * shown + np.einsum("nab,nsb->nsa", cross, shown)
-        own = tolerances.acceleration_own * np.abs(shown) * generator.normal(size=shown.shape)
+        of_sensors = (
+            tolerances.acceleration_own * np.abs(shown) * generator.normal(size=shown.shape)
+        )
         norm = np.linalg.norm(shown, axis=2, keepdims=True)
         leaked = tolerances.acceleration_norm * norm * generator.normal(size=shown.shape)
         true = (motion[:3].T + np.cross(motion[3:].T, s.position)) @ s.orientation
-        errors.append(shown + own + leaked - true)
+        errors.append(shown + of_sensors + leaked - true)
     return np.concatenate(errors, axis=2)
 
 
@@ -339,8 +343,8 @@ def test_variance_is_that_of_the_draws(tolerances):
     test = draw_hammer_test(generator, n_sensor=3)
     motion = generator.normal(size=(6, 2)) * np.array([[1, 1, 1, 9, 9, 9]]).T
     drawn = drawn_errors(test.sensors, motion, tolerances, generator)
-    found = error_variance(virtual_point.sensor_geometry(test.sensors), motion, tolerances)
-    assert found == pytest.approx(np.sum(np.mean(drawn**2, axis=0), axis=0), rel=0.12)
+    variance = error_variance(virtual_point.sensor_geometry(test.sensors), motion, tolerances)
+    assert variance == pytest.approx(np.sum(np.mean(drawn**2, axis=0), axis=0), rel=0.12)
 
 
 def test_disagreement_is_the_noise_per_degree_of_freedom():
@@ -351,12 +355,12 @@ def test_disagreement_is_the_noise_per_degree_of_freedom():
     shown = motion @ geometry.forward.T
     size = np.sqrt(np.mean(shown**2, axis=1, keepdims=True))
     noisy = shown / size + 0.02 * generator.normal(size=shown.shape)
-    found = find_culprit(geometry, noisy, EXACT)
-    assert found.residual_of_all == pytest.approx(0.02, rel=0.03)
-    for residual in found.residual_without.values():
+    culprit = find_culprit(geometry, noisy, EXACT)
+    assert culprit.residual_of_all == pytest.approx(0.02, rel=0.03)
+    for residual in culprit.residual_without.values():
         assert residual == pytest.approx(0.02, rel=0.05)
     # six independent motions are not noise: 18 of 18 channels would have shown 0.02 √(12/18)
-    assert found.residual_of_all > 0.018
+    assert culprit.residual_of_all > 0.018
 
 
 DATA = Path(__file__).parents[1] / "data" / "pyfbs-published"

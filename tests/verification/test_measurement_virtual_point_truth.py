@@ -12,7 +12,7 @@ from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.physics.force_inversion import Inversion, Regularisation
 from deboom.physics.frf import FrfForm
 from deboom.physics.rigid_body import shift_matrix
-from hammer_test import draw_hammer_test, measure
+from samples.hammer_test import draw_hammer_test, measure
 
 SEEDS = (1,)
 
@@ -37,25 +37,25 @@ def spectrum(sensors, values, unit="m/s^2"):
     return Spectrum(np.arange(20.0, 20.0 + len(values)), values, names, unit)
 
 
-def relative_error(found, truth):
-    return np.max(np.abs(found - truth)) / np.max(np.abs(truth))
+def relative_error(estimated, truth):
+    return np.max(np.abs(estimated - truth)) / np.max(np.abs(truth))
 
 
 def test_the_rigid_body_comes_back_from_both_sides(perfect):
     test, measured = perfect
     response, excitation = points(test)
-    found = virtual_point.virtual_point_frf(measured, response=response, excitation=excitation)
-    assert relative_error(found.values, test.inertance) < 1e-12
-    assert found.outputs == ("x", "y", "z", "rx", "ry", "rz")
-    assert found.inputs == ("fx", "fy", "fz", "mx", "my", "mz")
+    at_point = virtual_point.virtual_point_frf(measured, response=response, excitation=excitation)
+    assert relative_error(at_point.values, test.inertance) < 1e-12
+    assert at_point.outputs == ("x", "y", "z", "rx", "ry", "rz")
+    assert at_point.inputs == ("fx", "fy", "fz", "mx", "my", "mz")
     # 1/m and 1/J: an angular acceleration per moment, each with its unit
-    headers = found.table.columns
+    headers = at_point.table.columns
     assert "x per fx [(m/s^2)/N]" in headers
     assert "rx per mx [(rad/s^2)/(N m)]" in headers
     assert "x per my [(m/s^2)/(N m)]" in headers
-    forces = found.select(("x", "y", "z"), ("fx", "fy", "fz"))
+    forces = at_point.select(("x", "y", "z"), ("fx", "fy", "fz"))
     assert forces.unit == "(m/s^2)/N"
-    assert found.select(("rx", "ry"), ("mz",)).unit == "(rad/s^2)/(N m)"
+    assert at_point.select(("rx", "ry"), ("mz",)).unit == "(rad/s^2)/(N m)"
 
 
 def test_blocked_moments_are_in_newton_metres(perfect):
@@ -67,10 +67,10 @@ def test_blocked_moments_are_in_newton_metres(perfect):
     units = ("N", "N", "N", "N m", "N m", "N m")
     motion = at_point @ Spectrum(at_point.frequency, load, at_point.inputs, units)
     assert motion.units == ("m/s^2",) * 3 + ("rad/s^2",) * 3
-    found = blocked_forces_in_situ(at_point, motion, Inversion(Regularisation.NONE)).force
-    assert found.units == units
-    assert found.table.columns[-1] == "mz [N m]"
-    assert relative_error(found.values, load) < 1e-9
+    blocked = blocked_forces_in_situ(at_point, motion, Inversion(Regularisation.NONE)).force
+    assert blocked.units == units
+    assert blocked.table.columns[-1] == "mz [N m]"
+    assert relative_error(blocked.values, load) < 1e-9
     with pytest.raises(InputError, match=r"inputs of 'x' add up in .*: their units N, N, N, N"):
         at_point @ Spectrum(at_point.frequency, load, at_point.inputs, "N")
     wrong = Spectrum(at_point.frequency, load, at_point.outputs, ("m/s^2",) * 3 + ("N m",) * 3)
@@ -82,22 +82,24 @@ def test_any_point_of_the_body_can_be_the_virtual_point(perfect):
     test, measured = perfect
     position = np.array([0.3, -0.2, 0.15])
     response, excitation = points(test, position)
-    found = virtual_point.virtual_point_frf(measured, response=response, excitation=excitation)
+    at_point = virtual_point.virtual_point_frf(measured, response=response, excitation=excitation)
     # motion of the point P: δ_P = χ(O − P) δ_O, loads with the transpose
     chi = shift_matrix(-position)
-    assert relative_error(found.values, chi @ test.inertance @ chi.T) < 1e-11
+    assert relative_error(at_point.values, chi @ test.inertance @ chi.T) < 1e-11
 
 
 def test_perfect_data_have_perfect_quality(perfect):
     test, measured = perfect
     response, excitation = points(test)
     assert max(quality.geometric_consistency(response, measured).values()) < 1e-14
-    for found in (
+    for consistency in (
         quality.response_consistency(response, measured),
         quality.excitation_consistency(excitation, measured),
     ):
-        assert found.overall == pytest.approx(np.ones(measured.frequency.size), abs=1e-12)
-        assert found.specific == pytest.approx(np.ones((measured.frequency.size, 18)), abs=1e-12)
+        assert consistency.overall == pytest.approx(np.ones(measured.frequency.size), abs=1e-12)
+        assert consistency.specific == pytest.approx(
+            np.ones((measured.frequency.size, 18)), abs=1e-12
+        )
     at_point = virtual_point.virtual_point_frf(measured, response=response, excitation=excitation)
     assert quality.reciprocity(at_point).likeness == pytest.approx(np.ones((6, 6)), abs=1e-9)
     power = quality.passivity(at_point, FrfForm.INERTANCE, 0.1)
@@ -110,11 +112,11 @@ def test_least_squares_is_the_least_of_all_sums():
     test = draw_hammer_test(generator, n_sensor=4)
     values = generator.normal(size=(1, 12)) + 1j * generator.normal(size=(1, 12))
     point = virtual_point.virtual_point(virtual_point.sensor_geometry(test.sensors))
-    found = virtual_point.motion_at_point(point, spectrum(test.sensors, values)).values[0]
+    motion = virtual_point.motion_at_point(point, spectrum(test.sensors, values)).values[0]
     for part in (np.real, np.imag):
         # an iterative solver of bounded problems, without any bounds
         best = lsq_linear(point.forward, part(values[0]), tol=1e-14)
-        assert part(found) == pytest.approx(best.x, rel=1e-7, abs=1e-9)
+        assert part(motion) == pytest.approx(best.x, rel=1e-7, abs=1e-9)
 
 
 PLACES = {"A1": (0.1, 0, 0), "A2": (0, 0.1, 0), "A3": (0, 0, 0.1), "A4": (-0.1, 0.02, 0.03)}
@@ -135,12 +137,12 @@ def test_switched_off_channels_are_not_looked_at():
     assert {"A2 y", "A4 x"}.isdisjoint(geometry.channels)
     full = spectrum(sensors(), np.random.default_rng(1).normal(size=(4, 12)) + 1j)
     point = virtual_point.virtual_point(geometry)
-    found = virtual_point.motion_at_point(point, full)
+    motion = virtual_point.motion_at_point(point, full)
     values = full.values.copy()
     values[:, list(full.channels).index("A2 y")] = 1e6
     spoiled = Spectrum(full.frequency, values, full.channels, full.unit)
-    assert np.array_equal(virtual_point.motion_at_point(point, spoiled).values, found.values)
-    assert found.unit == ("m/s^2",) * 3 + ("rad/s^2",) * 3
+    assert np.array_equal(virtual_point.motion_at_point(point, spoiled).values, motion.values)
+    assert motion.unit == ("m/s^2",) * 3 + ("rad/s^2",) * 3
     with pytest.raises(InputError, match="no channel named"):
         virtual_point.motion_at_point(point, full.select(["A1 x", "A1 y"]))
 
@@ -152,13 +154,13 @@ def test_too_many_channels_off_is_refused_by_the_direction_that_is_gone():
     assert state.worst_seen == "translation along (0, 0, 1)"
     assert not state.complete
     assert state.condition_number == np.inf
-    one = virtual_point.conditioning(
+    single = virtual_point.conditioning(
         virtual_point.sensor_geometry(
             sensors("A1", "A2", "A3"), switched_off=("A1 x", "A2 x", "A3 x")
         )
     )
-    assert one.rank == 5
-    assert one.worst_seen == "translation along (1, 0, 0)"
+    assert single.rank == 5
+    assert single.worst_seen == "translation along (1, 0, 0)"
 
 
 def test_redundancy_of_a_symmetric_sheet():

@@ -344,8 +344,8 @@ def _true_stiffness(training, rows, direction):
         [np.abs(run_of(plan).powertrain.displacement) for plan in TRAINING_RUNS]
     )
     scaled = (training.points - rows.min(axis=0)) / np.ptp(rows, axis=0)
-    asked = (rows - rows.min(axis=0)) / np.ptp(rows, axis=0)
-    nearest = np.array([np.argmin(np.sum((scaled - row) ** 2, axis=1)) for row in asked])
+    unit_rows = (rows - rows.min(axis=0)) / np.ptp(rows, axis=0)
+    nearest = np.array([np.argmin(np.sum((scaled - row) ** 2, axis=1)) for row in unit_rows])
     # the other axes of the mount move in the proportion of the nearest measured line
     amplitude = others[nearest] * (rows[:, 1] / others[nearest, column])[:, np.newaxis]
     return operating_stiffness(BENCH.powertrain, remembered, amplitude, rows[:, 2])[:, column]

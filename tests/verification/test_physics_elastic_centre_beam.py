@@ -44,8 +44,8 @@ CLAMPED = STATIC[:6, :6]  # B held: figure 5, loads at A
 @pytest.mark.parametrize("centre", [centre_of_stiffness, centre_of_compliance])
 def test_elastic_centre_of_a_clamped_beam_is_its_middle(centre):
     """12×12 → 6×6 by holding one end; fully diagonal at the middle, as figure 5 promises."""
-    found = centre(CLAMPED)
-    np.testing.assert_allclose(found.position, [LENGTH / 2, 0, 0], atol=1e-12)
+    computed = centre(CLAMPED)
+    np.testing.assert_allclose(computed.position, [LENGTH / 2, 0, 0], atol=1e-12)
     diagonal = [
         AXIAL / LENGTH,
         12 * BENDING / LENGTH**3,
@@ -54,8 +54,8 @@ def test_elastic_centre_of_a_clamped_beam_is_its_middle(centre):
         BENDING / LENGTH,
         BENDING / LENGTH,
     ]
-    np.testing.assert_allclose(found.stiffness, np.diag(diagonal), atol=1e-8)
-    assert found.coupling < 1e-7
+    np.testing.assert_allclose(computed.stiffness, np.diag(diagonal), atol=1e-8)
+    assert computed.coupling < 1e-7
     assert residual_coupling(CLAMPED) == pytest.approx(np.sqrt(3) / 2, rel=1e-9)
 
 
@@ -82,10 +82,10 @@ def test_dynamic_elastic_centre_of_a_clamped_beam():
     sinh, cosh = np.sinh(beta * LENGTH), np.cosh(beta * LENGTH)
     distance = sin * sinh / (sin * cosh + cos * sinh) / beta
     for find in (dynamic_centre_of_stiffness, dynamic_centre_of_compliance):
-        found = find(beam(FREQUENCY)[:, :6, :6] * LOSS)
-        np.testing.assert_allclose(found.position[:, 0], distance, rtol=1e-9)
-        np.testing.assert_allclose(found.position[:, 1:], 0, atol=1e-12)
-        assert found.coupling.max() < 1e-6
+        computed = find(beam(FREQUENCY)[:, :6, :6] * LOSS)
+        np.testing.assert_allclose(computed.position[:, 0], distance, rtol=1e-9)
+        np.testing.assert_allclose(computed.position[:, 1:], 0, atol=1e-12)
+        assert computed.coupling.max() < 1e-6
     assert distance[0] == pytest.approx(LENGTH / 2, rel=1e-3)
     assert np.all(np.diff(distance) > 0)
     assert distance[-1] > 1.005 * LENGTH / 2
@@ -99,10 +99,12 @@ def test_dynamic_centre_of_massless_mounts_is_the_static_one():
         dynamic_centre_of_stiffness: centre_of_stiffness(stiffness),
         dynamic_centre_of_compliance: centre_of_compliance(stiffness),
     }
-    for find, one in static.items():
-        found = find(stiffness * np.array([1.0, 1.3 + 0.2j])[:, np.newaxis, np.newaxis])
-        np.testing.assert_allclose(found.position, np.tile(one.position, (2, 1)), rtol=1e-9)
-        np.testing.assert_allclose(found.coupling, one.coupling, rtol=1e-6)
+    for find, static_centre in static.items():
+        computed = find(stiffness * np.array([1.0, 1.3 + 0.2j])[:, np.newaxis, np.newaxis])
+        np.testing.assert_allclose(
+            computed.position, np.tile(static_centre.position, (2, 1)), rtol=1e-9
+        )
+        np.testing.assert_allclose(computed.coupling, static_centre.coupling, rtol=1e-6)
 
 
 def test_dynamic_centre_of_a_mounted_body_goes_to_its_centre_of_gravity():
@@ -114,14 +116,14 @@ def test_dynamic_centre_of_a_mounted_body_goes_to_its_centre_of_gravity():
     body = mass_matrix(mass, np.diag([1.0, 1.5, 2.0]), gravity)
     frequency = np.array([0.1, 2.0, 25.0, 400.0])
     inertia = (2 * np.pi * frequency) ** 2
-    found = dynamic_centre_of_stiffness(stiffness - inertia[:, np.newaxis, np.newaxis] * body)
+    computed = dynamic_centre_of_stiffness(stiffness - inertia[:, np.newaxis, np.newaxis] * body)
     # real least squares of (k − ω²m) r = k e − ω²m c with complex k
     lever = rate * LOSS - inertia * mass
     right = rate * LOSS * springs[:, np.newaxis] - (inertia * mass) * gravity[:, np.newaxis]
     expected = np.real(lever.conj() * right) / np.abs(lever) ** 2
-    np.testing.assert_allclose(found.position, expected.T, rtol=1e-8)
-    np.testing.assert_allclose(found.position[0], springs, atol=1e-4)
-    np.testing.assert_allclose(found.position[-1], gravity, atol=1e-3)
+    np.testing.assert_allclose(computed.position, expected.T, rtol=1e-8)
+    np.testing.assert_allclose(computed.position[0], springs, atol=1e-4)
+    np.testing.assert_allclose(computed.position[-1], gravity, atol=1e-3)
 
 
 def test_beam_without_mass_reduces_to_one_point_exactly():
@@ -167,8 +169,8 @@ def test_condensation_error_is_the_mass_of_the_rod():
     wave = OMEGA * np.sqrt(LINE_MASS / AXIAL)
     transfer = AXIAL * wave / np.sin(wave * LENGTH)
     np.testing.assert_allclose(mount.translations[:, 0], transfer, rtol=1e-12)
-    own = AXIAL * wave / np.tan(wave * LENGTH)
-    expected = (transfer - own) / np.hypot(transfer, own)
+    stiffness = AXIAL * wave / np.tan(wave * LENGTH)
+    expected = (transfer - stiffness) / np.hypot(transfer, stiffness)
     np.testing.assert_allclose(mount.condensation_error, expected, rtol=1e-9)
     half = np.tan(wave * LENGTH / 2) * np.sin(wave * LENGTH)
     np.testing.assert_allclose(expected, half / np.hypot(1, np.cos(wave * LENGTH)), rtol=1e-9)

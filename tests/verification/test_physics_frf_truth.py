@@ -12,7 +12,7 @@ from deboom.errors import InputError
 from deboom.measurement.impact_test import ForceWindow, HammerOptions, hammer_frf
 from deboom.physics import frf
 from deboom.physics.sound_level import mean_level, spl, splv
-from struck_mass import DAMPING, NATURAL, POLES, fitted_pole, inertance, measured
+from samples.struck_mass import DAMPING, NATURAL, POLES, fitted_pole, inertance, measured
 
 DATA = Path(__file__).parents[1] / "data" / "vibrationtesting-analyzer"
 BAND = slice(5, 1600)
@@ -37,16 +37,16 @@ def spectra(export, line_spacing):
 
 
 def test_h1_of_the_analyzer(export):
-    found = frf.h1(spectra(export, float(export["PSD_DeltaF"])))[BAND, 0, 0]
-    assert np.abs(found / export["Hf_chan_2"][BAND] - 1).max() < 1e-6
+    estimated = frf.h1(spectra(export, float(export["PSD_DeltaF"])))[BAND, 0, 0]
+    assert np.abs(estimated / export["Hf_chan_2"][BAND] - 1).max() < 1e-6
 
 
 def test_coherence_of_the_analyzer(export):
     measured = spectra(export, float(export["PSD_DeltaF"]))
     possible = (export["Hf_coh_chan_2"] <= 1) & (np.arange(1601) >= 5) & (np.arange(1601) < 1600)
     assert possible.sum() >= 1591
-    found = frf.coherence(measured.on_lines(possible))[:, 0, 0]
-    assert np.abs(found - export["Hf_coh_chan_2"][possible]).max() < 1e-6
+    coherence = frf.coherence(measured.on_lines(possible))[:, 0, 0]
+    assert np.abs(coherence - export["Hf_coh_chan_2"][possible]).max() < 1e-6
 
 
 def test_the_analyzer_prints_coherences_above_1():
@@ -162,9 +162,9 @@ def test_coherences_of_two_inputs():
     np.testing.assert_allclose(frf.partial_coherence(noisy)[0], alone / (alone + noise))
     # the ordinary one also counts what reached the output through the other input
     assert frf.coherence(noisy)[0, 1, 0] > 3 * frf.partial_coherence(noisy)[0, 1, 0]
-    one = exact(TRUTH[:, :1], 2.0, output_noise=noise)
-    np.testing.assert_allclose(frf.partial_coherence(one), frf.coherence(one))
-    np.testing.assert_allclose(frf.multiple_coherence(one), frf.coherence(one)[:, :, 0])
+    single = exact(TRUTH[:, :1], 2.0, output_noise=noise)
+    np.testing.assert_allclose(frf.partial_coherence(single), frf.coherence(single))
+    np.testing.assert_allclose(frf.multiple_coherence(single), frf.coherence(single)[:, :, 0])
 
 
 def test_an_input_without_effect_has_no_partial_coherence():
@@ -180,18 +180,18 @@ def test_scaling_against_scipy():
     record = generator.normal(size=(4000, 2))
     window = scipy.signal.windows.hann(512, sym=False)
     blocks = frf.overlapping_blocks(record, 512, 128)
-    found = frf.cross_spectra(
+    spectra_of_blocks = frf.cross_spectra(
         blocks[..., :1], blocks[..., 1:], 800.0, input_window=window, output_window=window
     )
     keywords = {"fs": 800.0, "window": "hann", "nperseg": 512, "noverlap": 384, "detrend": False}
     frequency, density = scipy.signal.welch(record[:, 1], **keywords)
-    np.testing.assert_allclose(found.frequency, frequency)
-    np.testing.assert_allclose(found.output_power[:, 0], density, rtol=1e-10)
+    np.testing.assert_allclose(spectra_of_blocks.frequency, frequency)
+    np.testing.assert_allclose(spectra_of_blocks.output_power[:, 0], density, rtol=1e-10)
     # scipy conjugates the first argument, as Bendat and Piersol do
     _, cross = scipy.signal.csd(record[:, 0], record[:, 1], **keywords)
-    np.testing.assert_allclose(found.output_input[:, 0, 0], cross, rtol=1e-9)
+    np.testing.assert_allclose(spectra_of_blocks.output_input[:, 0, 0], cross, rtol=1e-9)
     _, gamma2 = scipy.signal.coherence(record[:, 0], record[:, 1], **keywords)
-    np.testing.assert_allclose(frf.coherence(found)[:, 0, 0], gamma2, rtol=1e-9)
+    np.testing.assert_allclose(frf.coherence(spectra_of_blocks)[:, 0, 0], gamma2, rtol=1e-9)
 
 
 def repeated(generator, n_average, gamma2, n_line=6000):
@@ -211,9 +211,13 @@ def repeated(generator, n_average, gamma2, n_line=6000):
 
 @pytest.mark.parametrize(("n_average", "gamma2"), [(32, 0.5), (16, 0.8), (4, 0.95), (64, 0.3)])
 def test_random_error_against_repetition(n_average, gamma2):
-    found, estimated = repeated(np.random.default_rng(n_average), n_average, gamma2)
-    assert np.abs(found).std() == pytest.approx(frf.magnitude_error(gamma2, n_average), rel=0.06)
-    assert np.angle(found).std() == pytest.approx(frf.phase_error(gamma2, n_average), rel=0.06)
+    repeated_error, estimated = repeated(np.random.default_rng(n_average), n_average, gamma2)
+    assert np.abs(repeated_error).std() == pytest.approx(
+        frf.magnitude_error(gamma2, n_average), rel=0.06
+    )
+    assert np.angle(repeated_error).std() == pytest.approx(
+        frf.phase_error(gamma2, n_average), rel=0.06
+    )
     # and read from the measured coherence, as one has to
     stated = np.sqrt(np.mean(frf.magnitude_error(estimated, n_average) ** 2))
     assert stated == pytest.approx(frf.magnitude_error(gamma2, n_average), rel=0.06)
@@ -274,12 +278,12 @@ def test_inertance_with_its_sign():
     """τ of the body is 0.2 s: after 2 s nothing is left but e⁻⁹ of it."""
     estimate = hammer_frf(measured(), HammerOptions(band=BAND_3))
     s = 2j * np.pi * estimate.frequency
-    found, truth = estimate.values[:, 0, 0], inertance(s)
-    assert np.abs(found - truth).max() < 3e-4 * np.abs(truth).max()
+    inertances, truth = estimate.values[:, 0, 0], inertance(s)
+    assert np.abs(inertances - truth).max() < 3e-4 * np.abs(truth).max()
     # e^{+jωt}: at resonance the acceleration leads the force by 90°, below it opposes it, above not
-    assert found[np.argmin(np.abs(estimate.frequency - 37.0))].imag > 0
-    assert found[np.argmin(np.abs(estimate.frequency - 15.0))].real < 0
-    assert found[np.argmin(np.abs(estimate.frequency - 120.0))].real > 0
+    assert inertances[np.argmin(np.abs(estimate.frequency - 37.0))].imag > 0
+    assert inertances[np.argmin(np.abs(estimate.frequency - 15.0))].real < 0
+    assert inertances[np.argmin(np.abs(estimate.frequency - 120.0))].real > 0
     assert estimate.frf.unit == "(m/s^2)/N"
     np.testing.assert_allclose(estimate.coherence, 1, atol=1e-12)
 
@@ -291,10 +295,10 @@ def test_exponential_window_moves_every_pole():
     estimate = hammer_frf(measured(), options)
     assert estimate.added_decay_rate == 10.0
     s = 2j * np.pi * estimate.frequency
-    found = estimate.values[:, 0, 0]
+    inertances = estimate.values[:, 0, 0]
     largest = np.abs(inertance(s)).max()
-    assert np.abs(found - inertance(s + 10.0)).max() < 5e-6 * largest
-    assert np.abs(found - inertance(s)).max() > 0.5 * largest
+    assert np.abs(inertances - inertance(s + 10.0)).max() < 5e-6 * largest
+    assert np.abs(inertances - inertance(s)).max() > 0.5 * largest
 
 
 def test_pole_and_damping_are_corrected_after_the_fit():

@@ -59,9 +59,9 @@ def test_against_dense_least_squares():
     matrix = np.vstack([np.hstack([np.diag(part) for part in parts]), smooth])
     right = np.vstack([record, np.zeros((len(smooth), 2))])
     dense = np.linalg.lstsq(matrix, right, rcond=None)[0].reshape(4, samples, 2)
-    found = vold_kalman(record, phase, rate, bandwidth)
-    np.testing.assert_allclose(found[:, 0], dense[0] + 1j * dense[1], atol=1e-7)
-    np.testing.assert_allclose(found[:, 1], dense[2] + 1j * dense[3], atol=1e-7)
+    envelope = vold_kalman(record, phase, rate, bandwidth)
+    np.testing.assert_allclose(envelope[:, 0], dense[0] + 1j * dense[1], atol=1e-7)
+    np.testing.assert_allclose(envelope[:, 1], dense[2] + 1j * dense[3], atol=1e-7)
 
 
 def test_modulated_order_passes_by_the_transfer_function():
@@ -71,9 +71,9 @@ def test_modulated_order_passes_by_the_transfer_function():
     rates = np.array([0.0, 1.0, 3.0, 5.0, 7.5])
     turning = np.exp(2j * np.pi * np.outer(time, rates))
     record = np.real(turning * np.exp(1j * order * angle)[:, np.newaxis])
-    found = vold_kalman(record, order * angle[:, np.newaxis], rate, bandwidth)[:, 0]
+    envelope = vold_kalman(record, order * angle[:, np.newaxis], rate, bandwidth)[:, 0]
     inside = away_from_ends(time, bandwidth)
-    gain = np.mean((found / turning)[inside], axis=0)
+    gain = np.mean((envelope / turning)[inside], axis=0)
     # H = 1/(1 + r² (2 sin(πf/rate))⁴), 1/√2 at half the bandwidth
     step = np.sin(np.pi * rates / rate) / np.sin(np.pi * bandwidth / 2 / rate)
     expected = 1 / (1 + (np.sqrt(2) - 1) * step**4)
@@ -92,9 +92,9 @@ def test_against_another_code():
     record = np.real(main * np.exp(1.5j * angle)) + 0.5 * np.cos(0.5 * angle + 1)
     record += np.cos(3 * angle - 0.4) + 0.3 * np.cos(2 * np.pi * 50 * time)
     phase = np.outer(angle, [0.5, 1.5, 3.0])
-    found = vold_kalman(record[:, np.newaxis], phase, rate, 6.0)[::400, :, 0]
+    envelope = vold_kalman(record[:, np.newaxis], phase, rate, 6.0)[::400, :, 0]
     np.testing.assert_allclose(time[::400], table[:, 0])
-    np.testing.assert_allclose(found, table[:, 1:4] + 1j * table[:, 4:], atol=1e-10)
+    np.testing.assert_allclose(envelope, table[:, 1:4] + 1j * table[:, 4:], atol=1e-10)
 
 
 def test_crossing_orders_are_separated_only_together():
@@ -127,9 +127,9 @@ def test_amplitude_that_follows_a_resonance_within_the_stated_smear():
     sweep = 1.5 / 60 * 120.0
     errors = []
     for bandwidth in (3.0, 6.0, 12.0):
-        found = vold_kalman(record, 1.5 * angle[:, np.newaxis], rate, bandwidth)[:, 0, 0]
+        envelope = vold_kalman(record, 1.5 * angle[:, np.newaxis], rate, bandwidth)[:, 0, 0]
         inside = away_from_ends(time, bandwidth, 1.0) & (frequency > 22)
-        errors.append(np.abs(found / amplitude - 1)[inside].max())
+        errors.append(np.abs(envelope / amplitude - 1)[inside].max())
     stated = smear(sweep, np.array([3.0, 6.0, 12.0]))
     np.testing.assert_allclose(stated, [2.0, 1.0, 0.5])
     # two poles: the error falls with the fourth power of the smear

@@ -282,11 +282,11 @@ def test_amplitudes_are_those_at_the_mounts_of_a_body():
         z = (amplitude / 1e-4) ** 0.55
         return static.ravel() * (1 + 0.45 / (1 + z**2) + 0.1j + 0.2j * z / (1 + z**2))
 
-    asked = []
+    amplitudes = []
 
     def solve(force, spoil=1.0):
         def springs(amplitude):
-            asked.append(amplitude)
+            amplitudes.append(amplitude)
             matrices = rigid_body.mount_stiffness_matrix(positions, law(amplitude))
             matrices[3] *= spoil
             return matrices
@@ -298,7 +298,7 @@ def test_amplitudes_are_those_at_the_mounts_of_a_body():
         return amplitude_dependent_response(mass, springs, force, frequency, forward)
 
     assert not solve(0 * force).displacement.any()
-    np.testing.assert_allclose(asked[-1], SMALLEST_AMPLITUDE)
+    np.testing.assert_allclose(amplitudes[-1], SMALLEST_AMPLITUDE)
     with pytest.raises(ConvergenceError, match="not finite at 35 Hz"):
         solve(force, np.nan)
     state = solve(force)

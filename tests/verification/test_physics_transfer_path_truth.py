@@ -19,7 +19,7 @@ from deboom.physics.force_inversion import (
     tikhonov_filters,
 )
 from deboom.physics.frf import corr_f, corr_s
-from transfer_path_assembly import (
+from samples.transfer_path_assembly import (
     FREQUENCY,
     INDICATORS,
     INTERFACE,
@@ -69,10 +69,10 @@ def truth(operation):
 @pytest.fixture(scope="module")
 def bodies():
     """Receptances of the bodies on their own, as a laboratory would measure them."""
-    own, alone = np.linalg.inv(SOURCE.stiffness), np.linalg.inv(RECEIVER)
-    at_interface = own[:, INTERFACE]
+    free_source, alone = np.linalg.inv(SOURCE.stiffness), np.linalg.inv(RECEIVER)
+    at_interface = free_source[:, INTERFACE]
     return {
-        "own": own,
+        "own": free_source,
         "source": transfer_path.mounted_source(at_interface[:, :, INTERFACE], SOURCE.mounts),
         "excitation": at_interface[:, :, INSIDE],
         "receiver": alone[:, INTERFACE][:, :, INTERFACE],
@@ -260,17 +260,17 @@ def assembled():
 def test_classical_inversion_finds_the_forces_in_the_mounts(operation, alone, rule):
     _, motion, truth = operation
     matrix = accelerance(alone[:, INDICATORS][:, :, INTERFACE])
-    found = invert_for_forces(matrix, accelerance(motion)[:, INDICATORS], rule)
-    assert deviation(found.force, truth) < EXACT
-    assert np.all(found.residual < EXACT)
+    inverted = invert_for_forces(matrix, accelerance(motion)[:, INDICATORS], rule)
+    assert deviation(inverted.force, truth) < EXACT
+    assert np.all(inverted.residual < EXACT)
     # kept out of the inversion: other sensors, and the ear
     validation = accelerance(alone[:, VALIDATION][:, :, INTERFACE])
-    predicted = transfer_path.pressure(validation, found.force)
+    predicted = transfer_path.pressure(validation, inverted.force)
     measured = accelerance(motion)[:, VALIDATION]
     assert deviation(predicted, measured) < EXACT
     assert np.max(corr_f(predicted, measured)) < EXACT
     assert np.max(corr_s(predicted, measured)) < EXACT
-    ear = transfer_path.pressure((EAR @ alone)[:, INTERFACE], found.force)
+    ear = transfer_path.pressure((EAR @ alone)[:, INTERFACE], inverted.force)
     assert deviation(ear, motion @ EAR) < EXACT
 
 
@@ -288,9 +288,9 @@ def test_forces_from_the_stiffness_of_the_mounts(operation):
 def test_in_situ_inversion_finds_the_blocked_forces(operation, assembled):
     _, motion, interface = operation
     matrix = accelerance(assembled[:, INDICATORS][:, :, INTERFACE])
-    found = invert_for_forces(matrix, accelerance(motion)[:, INDICATORS])
-    assert deviation(found.force, SOURCE.blocked_force) < EXACT
-    ear = transfer_path.pressure((EAR @ assembled)[:, INTERFACE], found.force)
+    inverted = invert_for_forces(matrix, accelerance(motion)[:, INDICATORS])
+    assert deviation(inverted.force, SOURCE.blocked_force) < EXACT
+    ear = transfer_path.pressure((EAR @ assembled)[:, INTERFACE], inverted.force)
     assert deviation(ear, motion @ EAR) < EXACT
     # blocked forces are another quantity than the interface forces of this vehicle
     assert deviation(interface, SOURCE.blocked_force) > 0.1
@@ -313,14 +313,16 @@ def test_noise_of_the_forces_is_the_stated_gain(operation, alone):
     draws = []
     for _ in range(200):
         noise = rng.normal(size=(2, *clean.shape)) / np.sqrt(2)
-        found = invert_for_forces(matrix, clean + sigma * (noise[0] + 1j * noise[1]), PLAIN, sigma)
-        draws.append(found.force - truth)
+        inverted = invert_for_forces(
+            matrix, clean + sigma * (noise[0] + 1j * noise[1]), PLAIN, sigma
+        )
+        draws.append(inverted.force - truth)
     scatter = np.sqrt(np.mean(np.abs(draws) ** 2, axis=0))
-    ratio = scatter / found.noise_gain
+    ratio = scatter / inverted.noise_gain
     assert np.sqrt(np.mean(ratio**2)) == pytest.approx(1.0, abs=0.02)
     assert np.all(np.abs(ratio - 1) < 0.3)
     # scatter of the mean of 200 complex draws: √(1/200), five times
-    assert np.max(np.abs(np.mean(draws, axis=0)) / found.noise_gain) < 5 * np.sqrt(1 / 200)
+    assert np.max(np.abs(np.mean(draws, axis=0)) / inverted.noise_gain) < 5 * np.sqrt(1 / 200)
 
 
 def test_energy_shares_are_the_slope_of_the_energy():
@@ -369,25 +371,25 @@ def scaled(line):
 @pytest.mark.parametrize("amount", [0.0, 0.01, 0.3])
 def test_tikhonov_is_least_squares_with_more_rows(problem, amount):
     matrix, response = problem
-    found = invert_for_forces(matrix, response, Inversion(Regularisation.TIKHONOV, amount))
+    inverted = invert_for_forces(matrix, response, Inversion(Regularisation.TIKHONOV, amount))
     for line in range(N_LINE):
         unit, columns = scaled(matrix[line])
         penalty = amount * np.linalg.norm(unit, 2) * np.eye(N_PATH_3)
         longer = np.concatenate([response[line], np.zeros(N_PATH_3)])
         direct = np.linalg.lstsq(np.vstack([unit, penalty]), longer)[0] / columns
-        np.testing.assert_allclose(found.force[line], direct, rtol=1e-10)
+        np.testing.assert_allclose(inverted.force[line], direct, rtol=1e-10)
 
 
 def test_truncation_is_least_squares_of_lower_rank(problem):
     matrix, response = problem
-    found = invert_for_forces(matrix, response, Inversion(Regularisation.TRUNCATED, 0.1))
-    np.testing.assert_array_equal(found.freedom, N_PATH_3 - 1)
+    inverted = invert_for_forces(matrix, response, Inversion(Regularisation.TRUNCATED, 0.1))
+    np.testing.assert_array_equal(inverted.freedom, N_PATH_3 - 1)
     for line in range(N_LINE):
         unit, columns = scaled(matrix[line])
         direct = np.linalg.lstsq(unit, response[line], rcond=0.1)[0] / columns
-        np.testing.assert_allclose(found.force[line], direct, rtol=1e-10)
-        assert found.condition_number[line] == pytest.approx(np.linalg.cond(unit), rel=1e-10)
-        assert found.amount[line] > 0.1
+        np.testing.assert_allclose(inverted.force[line], direct, rtol=1e-10)
+        assert inverted.condition_number[line] == pytest.approx(np.linalg.cond(unit), rel=1e-10)
+        assert inverted.amount[line] > 0.1
 
 
 def decomposition(problem):
@@ -460,8 +462,8 @@ def test_shaw_problem_is_solved_nearly_as_well_as_with_the_best_amount(regularis
     matrix = np.broadcast_to(kernel, (30, *kernel.shape))
 
     def errors(rule):
-        found = invert_for_forces(matrix, clean + noise, rule).force
-        return np.linalg.norm(found - truth, axis=1) / np.linalg.norm(truth)
+        forces = invert_for_forces(matrix, clean + noise, rule).force
+        return np.linalg.norm(forces - truth, axis=1) / np.linalg.norm(truth)
 
     amounts = np.logspace(-6, 0, 61)
     best = min(np.median(errors(Inversion(regularisation, amount))) for amount in amounts)

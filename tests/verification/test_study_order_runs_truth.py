@@ -34,13 +34,17 @@ def maps_and_truth(folder, run):
     campaign = read_campaign(folder)
     with threadpool_limits(1):
         chains = measuring_chains(campaign)
-        found, asked = (
+        maps, stated = (
             operating_maps(
                 chains,
                 [
                     body_record(
                         chain.alignment.body,
-                        [one for one in campaign.runs if one.name == name],
+                        [
+                            measured_run
+                            for measured_run in campaign.runs
+                            if measured_run.name == name
+                        ],
                         campaign.tolerances,
                     )
                     for chain in chains
@@ -51,7 +55,7 @@ def maps_and_truth(folder, run):
     with np.load(folder / "truth" / f"{TIME_RUN}.npz") as data:
         rows = np.searchsorted(data["frequency"], LINES - 1e-6)
         truth = dict(zip(data["channels"].tolist(), data["stiffness"][rows].T, strict=True))
-    return found, asked, truth
+    return maps, stated, truth
 
 
 def true_stiffness(lines, truth):
@@ -74,23 +78,23 @@ def folder(tmp_path_factory):
 
 
 def test_time_data_give_the_stiffness_that_order_spectra_give(folder):
-    found, asked, truth = maps_and_truth(folder, "tracked")
-    assert len(found["TSM x"]) == LINES.size
-    for name, lines in found.items():
+    maps, stated, truth = maps_and_truth(folder, "tracked")
+    assert len(maps["TSM x"]) == LINES.size
+    for name, lines in maps.items():
         if not name.endswith("y"):
             true = true_stiffness(lines, truth)
-            assert rms(lines.stiffness / true) < rms(asked[name].stiffness / true) + 0.002
-            assert rms(lines.stiffness / asked[name].stiffness) < 0.008
-    assert rms(found["TSM x"].stiffness / true_stiffness(found["TSM x"], truth)) < 0.025
-    torque = found["TSM x"].wheel_torque / asked["TSM x"].wheel_torque
+            assert rms(lines.stiffness / true) < rms(stated[name].stiffness / true) + 0.002
+            assert rms(lines.stiffness / stated[name].stiffness) < 0.008
+    assert rms(maps["TSM x"].stiffness / true_stiffness(maps["TSM x"], truth)) < 0.025
+    torque = maps["TSM x"].wheel_torque / stated["TSM x"].wheel_torque
     assert rms(torque) < 0.01
-    assert found["TSM x"].static_force == pytest.approx(asked["TSM x"].static_force, abs=25)
+    assert maps["TSM x"].static_force == pytest.approx(stated["TSM x"].static_force, abs=25)
 
 
 def test_without_errors_the_smear_of_the_run_up_leaves_the_stiffness_alone(tmp_path):
     made = measured(tmp_path / "campaign", RUNS[:2], NO_ERRORS)
     tracked, _ = orders_into_campaign(made, TIME_RUN)
     assert 1.5 < tracked.order.smear.max() < 1.8
-    found, _, truth = maps_and_truth(made, TIME_RUN)
-    for lines in found.values():
+    maps, _, truth = maps_and_truth(made, TIME_RUN)
+    for lines in maps.values():
         assert rms(lines.stiffness / true_stiffness(lines, truth)) < 0.001

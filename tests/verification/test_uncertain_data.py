@@ -89,8 +89,8 @@ def test_alignment_and_rest_make_the_stated_budget():
     data, mount = one_path(axes=("x", "y"))
     direction = SimpleNamespace(axis="x", quality=DirectionQuality(True, 0.1))
     part = SimpleNamespace(mount=mount, directions=[direction])
-    known = Tolerances(shaker_angle=0.03)
-    sources = force_sources((mount,), data.load_cases, (part,), BAND, known)[:2]
+    tolerances = Tolerances(shaker_angle=0.03)
+    sources = force_sources((mount,), data.load_cases, (part,), BAND, tolerances)[:2]
     data, sizes = one_path(*sources, axes=("x", "y"))[0], []
     measured = data.load_cases[0].force.values
     leak = 0.03 * np.sqrt(np.median(np.abs(measured[:, 1] / measured[:, 0]) ** 2))
@@ -220,10 +220,10 @@ def test_the_spread_of_a_table_splits_into_rows_columns_and_rest():
         + generator.normal(0, columns, (1, 6, 3000))
         + generator.normal(0, rest, (7, 6, 3000))
     )
-    found = uncertainty.crossed_spread(table)
-    assert found.rows.mean() == pytest.approx(rows**2, rel=0.05)
-    assert found.columns.mean() == pytest.approx(columns**2, rel=0.05)
-    assert found.rest.mean() == pytest.approx(rest**2, rel=0.05)
+    spread = uncertainty.crossed_spread(table)
+    assert spread.rows.mean() == pytest.approx(rows**2, rel=0.05)
+    assert spread.columns.mean() == pytest.approx(columns**2, rel=0.05)
+    assert spread.rest.mean() == pytest.approx(rest**2, rel=0.05)
     exact = uncertainty.crossed_spread([[1.0, 2.0], [3.0, 5.0]])
     assert (exact.rows, exact.columns, exact.rest) == (3.0, 1.0, 0.25)
     alone = uncertainty.crossed_spread([[1.0], [3.0]])
@@ -255,17 +255,17 @@ def test_two_methods_tell_their_calibration_body_paths_and_floor():
             lines, values[:, np.newaxis], ("ear",), tuple(f"M{k} x" for k in range(10)), "Pa/N"
         )
 
-    found = uncertainty.method_difference([(measured(), measured()) for _ in range(60)])
+    difference = uncertainty.method_difference([(measured(), measured()) for _ in range(60)])
 
     # of the mean of both methods
-    assert found.calibration_db == pytest.approx(calibration / np.sqrt(2), rel=0.25)
+    assert difference.calibration_db == pytest.approx(calibration / np.sqrt(2), rel=0.25)
     # its mean over the band counts as calibration
-    assert found.body == pytest.approx(body / np.sqrt(2), rel=0.15)
-    assert found.body_length == pytest.approx(body_length, rel=0.25)
-    assert found.path == pytest.approx(path / np.sqrt(2), rel=0.1)
-    assert found.length == pytest.approx(length, rel=0.25)
-    assert found.floor == pytest.approx(floor / np.sqrt(2), rel=0.05)
-    assert found.calibration_degrees_of_freedom == 60
+    assert difference.body == pytest.approx(body / np.sqrt(2), rel=0.15)
+    assert difference.body_length == pytest.approx(body_length, rel=0.25)
+    assert difference.path == pytest.approx(path / np.sqrt(2), rel=0.1)
+    assert difference.length == pytest.approx(length, rel=0.25)
+    assert difference.floor == pytest.approx(floor / np.sqrt(2), rel=0.05)
+    assert difference.calibration_degrees_of_freedom == 60
 
 
 def test_what_all_paths_share_moves_no_change_of_all_mounts():
@@ -284,10 +284,10 @@ def test_two_paths_by_hand():
     # |p| = 5 mPa: 20 lg(5e-3 / (√2 · 2e-5)) = 20 lg 176.7767 = 44.9485 dB
     # |p| = 3 mPa with the second path off: 20 lg 106.0660 = 40.5115 dB
     # |p| = |1.5 + 8j| mPa: 20 lg 287.7716 = 49.1810 dB
-    found = index([[1.0, 1.0], [1.0, 0.0], [0.5, 2.0]])[:, 0]
+    indices = index([[1.0, 1.0], [1.0, 0.0], [0.5, 2.0]])[:, 0]
     unweighted = 2 * np.array([44.9485, 40.5115, 49.1810])
-    assert np.ptp(found - unweighted) < 3e-4
-    np.testing.assert_allclose(found - unweighted, -19.1, atol=0.05)
+    assert np.ptp(indices - unweighted) < 3e-4
+    np.testing.assert_allclose(indices - unweighted, -19.1, atol=0.05)
 
 
 def test_prescribed_motion_scales_the_stiffness_of_each_piece():
@@ -324,8 +324,8 @@ def test_prescribed_motion_scales_the_stiffness_of_each_piece():
     contributions = path_contributions(fleet, mounts, case)
     assert contributions.variable_names == tuple(factor)
     assert not contributions.values[..., [1, 4, 5]].any()
-    found = contributions.pressure(design[np.newaxis])[0, 0]
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    pressure = contributions.pressure(design[np.newaxis])[0, 0]
+    np.testing.assert_allclose(pressure, expected, rtol=1e-12)
     level = 20 * np.log10(np.abs(expected) / (np.sqrt(2) * 20e-6)) + _weighting(frequency)
     index = booming_model(fleet, mounts, [(case, 2.0)], (20.0, 60.0))
     assert index(design[np.newaxis])[0, 0] == pytest.approx(level.sum(), abs=41 * 0.005)

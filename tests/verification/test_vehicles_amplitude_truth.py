@@ -5,8 +5,6 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-import kernels as bench
-import resolved_truth as truth
 from deboom.files.platform import read_platform
 from deboom.mounts.response_surface import operating_points
 from deboom.mounts.surface_forces import identified_surfaces
@@ -24,9 +22,11 @@ from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.coupled_motion import CoupledMotion, coupled_motion
 from deboom.vehicles.kernels import level_sum
 from deboom.vehicles.powertrain import library_model
+from samples import drawn_cars
+from samples import resolved_truth as truth
 
-SHAPE = bench.Shape("small", 4, 3, 41, 3, 2, 4)
-DESIGNS = bench.designs(SHAPE)
+SHAPE = drawn_cars.Shape("small", 4, 3, 41, 3, 2, 4)
+DESIGNS = drawn_cars.designs(SHAPE)
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def of_case(platform, parts, name, settling=None, follow=True):
 
 
 def test_stiffness_that_ignores_the_amplitude_is_the_coupled_motion():
-    motion = bench.amplitude_problem(SHAPE)
+    motion = drawn_cars.amplitude_problem(SHAPE)
     still = replace(motion, cubic=np.broadcast_to([1.0, 0, 0, 0], motion.cubic.shape))
     amplitude = BoomingModel((still,), (1.0,), compiled=False)
     plain = CoupledMotion(**{f.name: getattr(motion, f.name) for f in fields(CoupledMotion)})
@@ -66,7 +66,7 @@ def test_stiffness_that_ignores_the_amplitude_is_the_coupled_motion():
 
 def _duffing(cubic_share):
     """Return a wheel end whose stiffness is ``K (1 + β a²)``, normalised at its amplitude."""
-    base = bench.coupled_problem(SHAPE)
+    base = drawn_cars.coupled_problem(SHAPE)
     amplitude = base.nominal_amplitude
     cubic = np.zeros((*amplitude.shape, 4), dtype=complex)
     cubic[..., 0] = 1.0
@@ -83,7 +83,7 @@ def test_one_degree_of_freedom_is_a_cubic_equation_in_the_squared_amplitude(shar
     x = 1.1
     design = np.ones((1, 12))
     design[0, 9] = x
-    found = solve_along_lines(replace(motion, tolerance=1e-12), design).ratio[0, :, 9:]
+    solution = solve_along_lines(replace(motion, tolerance=1e-12), design).ratio[0, :, 9:]
     squared = motion.angular_frequency_squared
     for piece, end in enumerate(motion.bodies[1:]):
         for line in range(41):
@@ -93,7 +93,7 @@ def test_one_degree_of_freedom_is_a_cubic_equation_in_the_squared_amplitude(shar
             cross = 2 * (np.conj(linear) * k * share).real
             roots = np.roots([abs(k * share) ** 2, cross, abs(linear) ** 2, -force])
             real = roots[(np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (roots.real > 0)].real
-            assert np.min(np.abs(np.sqrt(real) / found[line, piece] - 1)) < 1e-9, (line, piece)
+            assert np.min(np.abs(np.sqrt(real) / solution[line, piece] - 1)) < 1e-9, (line, piece)
 
 
 def test_a_spring_that_hardens_into_a_fold_is_reported():
@@ -129,7 +129,7 @@ def test_a_solution_is_found_where_plain_iteration_crawls_through_a_fold():
 
 def test_six_degrees_of_freedom_against_another_solver():
     """`amplitude_dependent_response` knows nothing of ratios, lines before, or designs."""
-    motion, design = bench.amplitude_problem(SHAPE), DESIGNS[1]
+    motion, design = drawn_cars.amplitude_problem(SHAPE), DESIGNS[1]
     base, lines = motion.bodies[0], np.arange(41)
     nominal = base.stiffness * design[base.variables]
 
@@ -141,17 +141,17 @@ def test_six_degrees_of_freedom_against_another_solver():
     expected = amplitude_dependent_response(
         base.mass_matrix, matrix, base.load, motion.frequency, base.forward, tolerance=1e-12
     )
-    found = solve_along_lines(replace(motion, tolerance=1e-12), design[np.newaxis])
+    solution = solve_along_lines(replace(motion, tolerance=1e-12), design[np.newaxis])
     displacement = expected.displacement @ base.forward.T
-    np.testing.assert_allclose(found.displacement[0, :, :9], displacement, rtol=1e-8, atol=1e-14)
+    np.testing.assert_allclose(solution.displacement[0, :, :9], displacement, rtol=1e-8, atol=1e-14)
 
 
 def test_tolerance_bounds_the_error_of_the_sum():
-    motion = bench.amplitude_problem(SHAPE)
+    motion = drawn_cars.amplitude_problem(SHAPE)
     exact = level_sum(replace(motion, tolerance=1e-12), compiled=False)(DESIGNS)
     for tolerance, allowed in ((1e-4, 0.1), (1e-6, 1e-3)):
-        found = level_sum(replace(motion, tolerance=tolerance), compiled=False)(DESIGNS)
-        assert np.abs(found - exact).max() < allowed
+        sums = level_sum(replace(motion, tolerance=tolerance), compiled=False)(DESIGNS)
+        assert np.abs(sums - exact).max() < allowed
 
 
 def test_nominal_design_moves_as_measured_and_bounds_hold_the_shipped_mounts(platform, parts):
@@ -159,7 +159,7 @@ def test_nominal_design_moves_as_measured_and_bounds_hold_the_shipped_mounts(pla
     solution = solve_along_lines(motion, np.ones((1, 12)))
     np.testing.assert_allclose(solution.ratio, 1.0, rtol=1e-12)
     names = [motion.variable_names[k] for k in motion.variables]
-    follows = {name for name, one in zip(names, motion.follows, strict=True) if one}
+    follows = {name for name, surface in zip(names, motion.follows, strict=True) if surface}
     assert follows == {"EnM x", "EnM z", "GeM x", "GeM z", "TSM x", "TSM z", "Du x"}
     # ten times the amplitude is beyond what anybody measured: the stiffness stays at the bound
     beyond = np.full(motion.amplitude.shape, 1e3)
@@ -170,7 +170,7 @@ def test_nominal_design_moves_as_measured_and_bounds_hold_the_shipped_mounts(pla
     np.testing.assert_array_equal(motion.relative_stiffness(beyond, lines), at_bound)
     # and between the bounds it changes as the surface says
     at = (1.0 + np.where(motion.follows, motion.highest, 1.0)) / 2.0
-    found = motion.relative_stiffness(at, lines)
+    relative = motion.relative_stiffness(at, lines)
     case, nominal = platform.load_case("g6_wot160"), motion.amplitude
     run = case.wheel_torque[np.isin(case.displacement.frequency, motion.frequency)]
     surfaces = identified_surfaces(parts)
@@ -181,7 +181,7 @@ def test_nominal_design_moves_as_measured_and_bounds_hold_the_shipped_mounts(pla
             )
             for a in (at * nominal, nominal)
         )
-        np.testing.assert_allclose(found[:, column], top / bottom, rtol=1e-9)
+        np.testing.assert_allclose(relative[:, column], top / bottom, rtol=1e-9)
 
 
 def test_shipped_mounts_have_one_solution_from_a_micrometre_to_five_millimetres(platform, parts):

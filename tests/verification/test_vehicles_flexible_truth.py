@@ -92,15 +92,15 @@ def assembled(factor, vehicle, tilted, loss=None):
 
 
 def vehicles(receptance=True):
-    found = []
+    written = []
     for number in range(2):
         answer = 1.0 / modal(number)
         transfer = (HEARD[number] * answer) @ SHAPES[number]
         of_body = (SHAPES[number].T * answer[:, np.newaxis]) @ SHAPES[number]
         heard = Frf(LINES, transfer[:, np.newaxis], ("ear",), PATHS, "Pa/N")
         given = Frf(LINES, of_body, PATHS, PATHS, "m/N") if receptance else None
-        found.append(Vehicle(f"v{number}", "g", heard, given))
-    return Fleet(tuple(found))
+        written.append(Vehicle(f"v{number}", "g", heard, given))
+    return Fleet(tuple(written))
 
 
 def mounts(tilted):
@@ -174,8 +174,8 @@ def test_blocked_forces_become_those_on_a_receiver_of_known_mass():
     true = load * spring * receiver / joined
     inertia = [(-1.0 / (SQUARED * mass))[:, np.newaxis, np.newaxis] for mass in (source, receiver)]
     mounted = transfer_path.mounted_source(inertia[0], np.full((LINES.size, 1), spring))
-    found = transfer_path.force_on_moving_receiver(mounted, inertia[1], blocked[:, np.newaxis])
-    np.testing.assert_allclose(found[:, 0], true, rtol=1e-12)
+    force = transfer_path.force_on_moving_receiver(mounted, inertia[1], blocked[:, np.newaxis])
+    np.testing.assert_allclose(force[:, 0], true, rtol=1e-12)
 
 
 def other(fleet, change):

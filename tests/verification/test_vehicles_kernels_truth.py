@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import kernels as bench
 from deboom.vehicles.fleet import PathContributions
 from deboom.vehicles.kernels import level_sum
+from samples import drawn_cars
 
 WITHIN = 1e-9
 """What a sum over all lines may be off [dB]."""
@@ -65,8 +65,8 @@ def _perturbed(n, n_variable, seed):
 def test_random_data_agree_with_loops(n_lines, n_variable, compiled):
     contributions = _random(3, n_lines, n_variable, seed=n_lines)
     designs = _perturbed(7, n_variable, seed=2)
-    found = _sums(contributions, designs, compiled)
-    np.testing.assert_allclose(found, _loop(contributions, designs), rtol=0, atol=WITHIN)
+    sums = _sums(contributions, designs, compiled)
+    np.testing.assert_allclose(sums, _loop(contributions, designs), rtol=0, atol=WITHIN)
 
 
 @TIERS
@@ -80,8 +80,8 @@ def test_notches_at_every_line_agree_with_long_double(depth, compiled):
     contributions[:, :, -1] = -rest + 10 ** (-depth / 20) * largest * phase
     near = 1 + np.outer([0.0, 1e-5, 1e-4, 1e-3], np.random.default_rng(6).normal(size=12))
     designs = np.vstack([near, _perturbed(200, 12, seed=7)])
-    found = _sums(contributions, designs, compiled)
-    np.testing.assert_allclose(found, _long_double(contributions, designs), rtol=0, atol=WITHIN)
+    sums = _sums(contributions, designs, compiled)
+    np.testing.assert_allclose(sums, _long_double(contributions, designs), rtol=0, atol=WITHIN)
 
 
 @TIERS
@@ -89,11 +89,11 @@ def test_notches_at_every_line_agree_with_long_double(depth, compiled):
 def test_extreme_contributions_and_designs_shift_the_sum_and_no_more(factor, compiled):
     contributions, designs = _random(2, 161, 12, seed=8), _perturbed(9, 12, seed=9)
     expected = _loop(contributions, designs) + 161 * 20 * math.log10(factor)
-    for found in (
+    for sums in (
         _sums(contributions * factor, designs, compiled),
         _sums(contributions, designs * factor, compiled),
     ):
-        np.testing.assert_allclose(found, expected, rtol=1e-14, atol=WITHIN)
+        np.testing.assert_allclose(sums, expected, rtol=1e-14, atol=WITHIN)
 
 
 @TIERS
@@ -113,36 +113,36 @@ def test_products_that_leave_the_range_on_the_way_and_come_back(sign, compiled):
     for decades in np.arange(1.0, 12.0, 0.125):
         quiet = 10.0 ** (-sign * decades)
         designs = np.array([[quiet, 1 / quiet], [1.0, 1.0], [quiet, 1.0]])
-        found = _sums(contributions, designs, compiled)
+        sums = _sums(contributions, designs, compiled)
         np.testing.assert_allclose(
-            found, _loop(contributions, designs), rtol=1e-14, atol=WITHIN, err_msg=str(decades)
+            sums, _loop(contributions, designs), rtol=1e-14, atol=WITHIN, err_msg=str(decades)
         )
 
 
 @TIERS
 def test_one_path_200_decades_below_another_still_counts_alone(compiled):
     contributions = np.array([[[1.0, 3e-200], [1.0, 4e-200j]]])
-    found = _sums(contributions, np.array([[0.0, 1.0], [1.0, 1.0]]), compiled)
+    sums = _sums(contributions, np.array([[0.0, 1.0], [1.0, 1.0]]), compiled)
     expected = 20 * (math.log10(12.0) - 400)
-    np.testing.assert_allclose(found[:, 0], [expected, 0.0], rtol=1e-14, atol=1e-12)
+    np.testing.assert_allclose(sums[:, 0], [expected, 0.0], rtol=1e-14, atol=1e-12)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_coupled_motion_agrees_with_lapack_at_small_losses(seed):
     """No pivots are needed: with losses twenty times too small resonances are sharp."""
-    shape = bench.Shape("as shipped", 64, 5, 161, 3, 2, 1)
-    motion, designs = bench.coupled_problem(shape, seed), bench.designs(shape, seed)
+    shape = drawn_cars.Shape("as shipped", 64, 5, 161, 3, 2, 1)
+    motion, designs = drawn_cars.coupled_problem(shape, seed), drawn_cars.designs(shape, seed)
     for loss in (1.0, 0.05):
         stiffness = motion.stiffness.real + 1j * loss * motion.stiffness.imag
         resonant = motion.with_stiffness(stiffness)
-        found = level_sum(resonant, compiled=True)(designs)
-        np.testing.assert_allclose(found, bench.at_once(resonant, designs), rtol=0, atol=WITHIN)
+        sums = level_sum(resonant, compiled=True)(designs)
+        np.testing.assert_allclose(sums, drawn_cars.at_once(resonant, designs), rtol=0, atol=WITHIN)
 
 
 def test_amplitudes_of_a_body_off_its_reference_point_agree_with_numpy():
     """Complex cubics, and a centre of gravity beside the reference point."""
-    shape = bench.Shape("small", 2, 3, 21, 3, 2, 4)
-    motion, designs = bench.amplitude_problem(shape), bench.designs(shape)
+    shape = drawn_cars.Shape("small", 2, 3, 21, 3, 2, 4)
+    motion, designs = drawn_cars.amplitude_problem(shape), drawn_cars.designs(shape)
     powertrain, *wheel_ends = motion.bodies
     x, y, z = 0.11, -0.07, 0.05
     turn = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])

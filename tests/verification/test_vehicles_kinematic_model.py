@@ -71,8 +71,8 @@ def test_equilibrium_is_the_least_energy(model):
         return float(weights / 2 @ forces @ deflection - torque * scaled[4] * 1e-3)
 
     least = minimize(energy, np.zeros(6), method="BFGS", options={"gtol": 1e-9})
-    found = model.equilibrium([torque])[0]
-    assert model.forward @ (least.x * 1e-3) == pytest.approx(found, abs=2e-6)
+    equilibrium = model.equilibrium([torque])[0]
+    assert model.forward @ (least.x * 1e-3) == pytest.approx(equilibrium, abs=2e-6)
 
 
 def with_strut_at(model, position):
@@ -93,5 +93,5 @@ def test_against_the_truth_of_the_bench(model, strut):
         assert model.equilibrium(torque) == pytest.approx(true, abs=1e-7)
     else:
         # the bench's laws at the deflections found: its forces carry the torque
-        found = static_forces(body, model.equilibrium(torque))
-        assert found @ model.forward == pytest.approx(load, abs=0.05)
+        forces = static_forces(body, model.equilibrium(torque))
+        assert forces @ model.forward == pytest.approx(load, abs=0.05)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import resolved_truth as truth
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.measurement.campaign import StaticCurve
@@ -12,6 +11,7 @@ from deboom.mounts.surface_forces import identified_surfaces
 from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.design_factor import StaticPosition, part_ratio
 from deboom.vehicles.powertrain import KinematicModel, library_model
+from samples import resolved_truth as truth
 
 PLATFORM = read_platform(truth.PLATFORM)
 PARTS = truth.platform_parts(PLATFORM)
@@ -49,15 +49,17 @@ def test_all_parts_alike_ride_as_today_s_under_torque_over_factor(ratio, factor)
     surface = identified_surfaces(PARTS)["TSM x"]
     column = 6
     assert [MOTION.variable_names[k] for k in MOTION.variables][column] == "TSM x"
-    there, here = (stiffness(surface, torque, column) for torque in (TORQUE / factor, TORQUE))
+    under_torque, here = (
+        stiffness(surface, torque, column) for torque in (TORQUE / factor, TORQUE)
+    )
     inside = ~ratio.clipped(designs)[0, :, column]
     assert inside.mean() > 0.5
-    found = ratio(designs)[0, inside, column]
-    np.testing.assert_allclose(found, (there / here)[inside], rtol=3e-3)
+    ratios = ratio(designs)[0, inside, column]
+    np.testing.assert_allclose(ratios, (under_torque / here)[inside], rtol=3e-3)
     surface = identified_surfaces(PARTS)["Du x"]
-    own, base = (stiffness(surface, torque, 9) for torque in (TORQUE / factor, TORQUE))
+    of_end, base = (stiffness(surface, torque, 9) for torque in (TORQUE / factor, TORQUE))
     inside = ~ratio.clipped(designs)[0, :, 9]
-    np.testing.assert_allclose(ratio(designs)[0, inside, 9], (own / base)[inside], rtol=1e-3)
+    np.testing.assert_allclose(ratio(designs)[0, inside, 9], (of_end / base)[inside], rtol=1e-3)
 
 
 def test_linear_curves_without_surfaces_leave_the_stiffness_alone():
@@ -80,9 +82,9 @@ def test_softer_struts_ride_deeper_into_their_stop(ratio):
 
 def test_interpolation_over_the_torque_is_checked(ratio):
     direct = MODEL.deflections(TORQUE, DESIGNS[:, :9])
-    found = ratio.position.deflection(DESIGNS[:, :9])
+    deflection = ratio.position.deflection(DESIGNS[:, :9])
     slope = MODEL.slope
-    assert np.abs(slope(found) / slope(direct) - 1).max() < 1e-3
+    assert np.abs(slope(deflection) / slope(direct) - 1).max() < 1e-3
     assert ratio.position.rises.all()
 
 
@@ -95,8 +97,8 @@ def test_a_design_gets_the_same_bits_in_any_company(ratio):
 def test_one_torque_at_all_lines_needs_no_interpolation():
     torque = np.full(5, 300.0)
     position = StaticPosition.of(MODEL, torque, 300.0)
-    found = position.deflection(DESIGNS[:, :9])
-    np.testing.assert_allclose(found, MODEL.deflections(torque, DESIGNS[:, :9]), atol=1e-12)
+    deflection = position.deflection(DESIGNS[:, :9])
+    np.testing.assert_allclose(deflection, MODEL.deflections(torque, DESIGNS[:, :9]), atol=1e-12)
 
 
 def test_refuses_another_powertrain_and_a_run_beyond_the_measurements():

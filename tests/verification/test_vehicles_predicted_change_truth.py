@@ -87,8 +87,8 @@ def test_the_mean_has_its_own_draws_and_further_vehicles_their_spread():
     # t(0.95, 1) = 6.3138 (any table), s = 1/sqrt(2), two vehicles
     assert parts.unseen == pytest.approx(6.3138 * 0.5, rel=1e-4)
     assert (parts.prescribed, np.isnan(parts.old_stops)) == (-2.5, True)
-    one = change_parts([-3.0], [[-3.2], [-2.8]], receptance=True)
-    assert np.isnan(one.unseen)
+    single = change_parts([-3.0], [[-3.2], [-2.8]], receptance=True)
+    assert np.isnan(single.unseen)
 
 
 def test_five_drawn_cars_of_a_group_hold_the_mean_of_all_others():

@@ -24,8 +24,8 @@ def stiffness(amplitude):
 def surface():
     """Fit a stiffness that falls with the amplitude; a cubic holds it exactly."""
     torque, amplitude, frequency = (
-        one.ravel()
-        for one in np.meshgrid(
+        grid.ravel()
+        for grid in np.meshgrid(
             np.linspace(500, 2500, 5), np.linspace(1e-5, 1e-3, 61), np.linspace(15, 45, 7)
         )
     )
@@ -67,34 +67,34 @@ def root(load, omega_squared):
 
 def test_every_amplitude_is_the_root_of_its_equation(surface):
     coupled = reference()
-    found = resolve_design(coupled, dict.fromkeys(NAMES, surface), TORQUE)
+    resolved = resolve_design(coupled, dict.fromkeys(NAMES, surface), TORQUE)
     omega_squared = (2 * np.pi * FREQUENCY) ** 2
     loads = np.hstack([body.load for body in coupled.bodies]).real
     expected = [
         [root(load, squared) for load in row]
         for row, squared in zip(loads, omega_squared, strict=True)
     ]
-    assert found.motion.nominal_amplitude == pytest.approx(np.array(expected), rel=1e-5)
-    assert not found.outside.any()
-    assert found.kept == ()
+    assert resolved.motion.nominal_amplitude == pytest.approx(np.array(expected), rel=1e-5)
+    assert not resolved.outside.any()
+    assert resolved.kept == ()
     forces = stiffness(np.array(expected)) * (
         loads / (stiffness(np.array(expected)) - omega_squared[:, np.newaxis] * MASS)
     )
     pressure = forces @ np.array([1e-3] * 6 + [2e-3])
-    assert found.pressure[0] == pytest.approx(pressure, rel=1e-5)
+    assert resolved.pressure[0] == pytest.approx(pressure, rel=1e-5)
 
 
 def test_directions_without_surface_keep_what_was_measured(surface):
     coupled = reference()
-    found = resolve_design(coupled, {"A x": surface}, TORQUE)
-    assert found.kept == NAMES[1:]
-    assert np.array_equal(found.motion.stiffness[:, 1:], coupled.stiffness[:, 1:])
-    assert not np.array_equal(found.motion.stiffness[:, 0], coupled.stiffness[:, 0])
+    resolved = resolve_design(coupled, {"A x": surface}, TORQUE)
+    assert resolved.kept == NAMES[1:]
+    assert np.array_equal(resolved.motion.stiffness[:, 1:], coupled.stiffness[:, 1:])
+    assert not np.array_equal(resolved.motion.stiffness[:, 0], coupled.stiffness[:, 0])
 
 
 def test_lines_that_no_surface_speaks_of_are_counted_and_keep_their_stiffness(surface):
     coupled = reference()
-    found = resolve_design(coupled, {"A x": surface}, TORQUE + 1e5)
-    assert found.outside[:, 0].all()
-    assert not found.outside[:, 1:].any()
-    assert np.array_equal(found.motion.stiffness, coupled.stiffness)
+    resolved = resolve_design(coupled, {"A x": surface}, TORQUE + 1e5)
+    assert resolved.outside[:, 0].all()
+    assert not resolved.outside[:, 1:].any()
+    assert np.array_equal(resolved.motion.stiffness, coupled.stiffness)

@@ -67,14 +67,14 @@ def forward(place):
 
 def tensors(factor, loss=None):
     """Stiffness tensor of every mount in vehicle axes, with factors along its own axes."""
-    found = {}
+    by_mount = {}
     for number, name in enumerate((*PLACES, "Du")):
         along = STIFFNESS.get(name, WISHBONE)
         x = factor[3 * number : 3 * number + 3]
         y = np.ones(3) if loss is None else loss[3 * number : 3 * number + 3]
-        own = np.diag(along * x * (LOSS.real + 1j * LOSS.imag * y))
-        found[name] = turn(name) @ own @ turn(name).T
-    return found
+        along_axes = np.diag(along * x * (LOSS.real + 1j * LOSS.imag * y))
+        by_mount[name] = turn(name) @ along_axes @ turn(name).T
+    return by_mount
 
 
 def solved(factor, loss=None):
@@ -167,11 +167,11 @@ def test_rotations_of_zero_change_no_bit():
     upright = tuple(replace(mount, rotations=((0.0, 0.0, 0.0),)) for mount in mounts(False))
     for motion in (Motion.prescribed, Motion.coupled):
         options = {"motion": motion, "powertrain": Powertrain(MASS, INERTIA)}
-        known, stated = (
+        model, stated = (
             booming_model(FLEET, each, [(CASE, 1.0)], BAND, **options)
             for each in (mounts(False), upright)
         )
-        np.testing.assert_array_equal(known(FACTORS), stated(FACTORS))
+        np.testing.assert_array_equal(model(FACTORS), stated(FACTORS))
     assert in_mount_axes(upright, CASE) is CASE
 
 
@@ -191,8 +191,8 @@ def test_stiffness_and_modes_are_along_the_axes_of_the_mount():
     mass = np.zeros((6, 6))
     mass[:3, :3], mass[3:, 3:] = MASS * np.eye(3), INERTIA
     squared = np.sort(np.linalg.eigvals(np.linalg.solve(mass, whole)).real)
-    found = MountRequirements(tuple(rates), (modes,))(np.ones((1, 9)))[0]
-    np.testing.assert_allclose(found, np.sqrt(squared) / (2 * np.pi), rtol=1e-9)
+    judged = MountRequirements(tuple(rates), (modes,))(np.ones((1, 9)))[0]
+    np.testing.assert_allclose(judged, np.sqrt(squared) / (2 * np.pi), rtol=1e-9)
 
 
 def test_tilted_bench_is_identified_along_the_mounts(tmp_path):

@@ -101,13 +101,13 @@ def test_congruence_is_that_of_points_and_keeps_the_energy():
     np.testing.assert_allclose(turn[6:9, 6:], frame.T @ forward_matrix(second), atol=1e-15)
     np.testing.assert_allclose(turn[3:6, 3:6], frame.T, atol=1e-15)
     motion = np.random.default_rng(1).standard_normal(12)
-    own = beam_stiffness(BEAM, [60.0])[0]
-    seen = turn.T @ own @ turn
-    assert motion @ seen @ motion == pytest.approx((turn @ motion) @ own @ (turn @ motion))
+    stiffness = beam_stiffness(BEAM, [60.0])[0]
+    seen = turn.T @ stiffness @ turn
+    assert motion @ seen @ motion == pytest.approx((turn @ motion) @ stiffness @ (turn @ motion))
     # a round beam does not care how its frame is turned about its axis
     other = frame @ rotation_matrix([0.7, 0.0, 0.0])
     again = beam_congruence(other, first, second)
-    np.testing.assert_allclose(again.T @ own @ again, seen, atol=1e-9)
+    np.testing.assert_allclose(again.T @ stiffness @ again, seen, atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from deboom.arrays import BoolArray, RealArray, checked
+from deboom.arrays import BoolArray, RealArray, checked, short_repr
 from deboom.compressor.calibrate import HoldOut, RawInertance, SelfCalibration
 from deboom.compressor.identifiability import Knowledge, quantities, quantity_deviations
 from deboom.compressor.model import ModalTable, RigidLimit
@@ -127,6 +127,8 @@ class Identification(Tabled):
     rigid: RigidLimit
     held_out: tuple[HoldOut, ...]
     hoses: HosePresence | None = None
+
+    __repr__ = short_repr
 
     @property
     def table(self) -> pd.DataFrame:

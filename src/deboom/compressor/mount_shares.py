@@ -78,6 +78,16 @@ class MountShares:
         variance[:, 6:] += 2 * with_common[:, 6:] + self.covariance[-1, -1]
         return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
+    def deviation_of_mean(self, weights: RealArray) -> float:
+        """Return 1 σ of a mean stiffness over it [1].
+
+        `weights` (m, 3): share of each stiffness in the mean, their sum 1 [1].
+        """
+        of_values = np.zeros((len(self.drawn), PER_MOUNT))
+        of_values[:, 6:] = weights
+        slopes = np.append(of_values, 1.0)  # the common ratio is in all of them
+        return float(np.sqrt(max(slopes @ self.covariance @ slopes, 0.0)))
+
     @property
     def identical_holds(self) -> bool:
         """Whether test and drawing agree with identical round mounts."""

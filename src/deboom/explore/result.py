@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from deboom.arrays import BoolArray, RealArray, checked
+from deboom.arrays import BoolArray, RealArray, checked, short_repr
 from deboom.common import PERCENT
 from deboom.errors import InputError
 from deboom.explore.front import (
@@ -258,6 +258,8 @@ class Front(Tabled):
     judge: Replicates
     note: str = ""
     rise: Callable[[RealArray], RealArray] | None = None
+
+    __repr__ = short_repr
 
     def __getattr__(self, name: str) -> Any:
         if name in _RENAMED:

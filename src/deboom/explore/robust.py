@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import BoolArray, RealArray, TextArray, checked, frozen_copy
+from deboom.arrays import BoolArray, RealArray, TextArray, checked, frozen_copy, short_repr
 from deboom.choices import Distribution
 from deboom.errors import InputError
 from deboom.explore.moments import (
@@ -76,6 +76,8 @@ class RobustValues:
     objectives: RealArray = field(default_factory=lambda: np.empty((0, 0)))
     excess: RealArray = field(default_factory=lambda: np.empty((0, 0)))
     message: TextArray = field(default_factory=lambda: np.empty(0, dtype=str))
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         if self.excess.shape[1] == 0:
@@ -224,6 +226,8 @@ class Robust:
     structure: ToleranceStructure | None
     limits: RobustLimits | None
     weights: RealArray | None
+
+    __repr__ = short_repr
 
     def __init__(
         self,
@@ -678,6 +682,8 @@ class LimitedResponse:
     response: Requirements
     stated: Limits
     made: Callable[[RealArray], RealArray] | None = None
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         names, limited = self.response.variable_names, self.response.response_names

@@ -19,7 +19,7 @@ import pandas as pd
 from scipy.special import ndtri
 from threadpoolctl import threadpool_limits
 
-from deboom.arrays import BoolArray, RealArray, checked
+from deboom.arrays import BoolArray, RealArray, checked, short_repr
 from deboom.choices import Distribution
 from deboom.common import CONFIDENCE
 from deboom.errors import InputError
@@ -169,6 +169,8 @@ class SobolIndices:
     total_interval: RealArray
     interaction_interval: RealArray
 
+    __repr__ = short_repr
+
     @property
     def zero(self) -> BoolArray:
         """Whether a total index is not above its own interval, shape (d, r)."""
@@ -209,6 +211,8 @@ class MorrisEffects:
     mu_star: RealArray
     mu_star_interval: RealArray
     sigma: RealArray
+
+    __repr__ = short_repr
 
 
 def sobol_designs(

@@ -21,7 +21,7 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel
 from sklearn.model_selection import KFold, cross_val_predict
 
-from deboom.arrays import RealArray
+from deboom.arrays import RealArray, short_repr
 from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.explore.doe import SAME
@@ -83,6 +83,8 @@ class GaussianProcessModel:
     errors: RealArray
     n_rows: int
 
+    __repr__ = short_repr
+
     def __call__(self, designs: RealArray) -> RealArray:
         """Return the predicted responses, shape (n, r) [response unit]."""
         scaled = self._scaled(designs)
@@ -123,6 +125,8 @@ class SurrogateFront(Tabled):
     designs: RealArray
     responses: RealArray
     judged: pd.DataFrame
+
+    __repr__ = short_repr
 
     @property
     def table(self) -> pd.DataFrame:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from deboom.arrays import short_repr
 from deboom.common import AXES, Progress
 from deboom.errors import InputError
 from deboom.measurement.campaign import Campaign, MeasuredMount, OperatingRun
@@ -113,6 +114,8 @@ class Characterisation(Tabled):
     directions: dict[str, DirectionResult]
     options: CharacteriseOptions
     cross_stiffness: tuple[CrossStiffness, ...] = ()
+
+    __repr__ = short_repr
 
     @property
     def table(self) -> pd.DataFrame:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray, checked, frozen_copy
+from deboom.arrays import ComplexArray, RealArray, checked, frozen_copy, short_repr
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
@@ -107,6 +107,8 @@ class CharacterisedDirection:
     static_curve: StaticCurve | None = None
     settings: Mapping[str, Setting] = field(default_factory=dict)
 
+    __repr__ = short_repr
+
     def __post_init__(self) -> None:
         if self.axis not in AXES:
             raise InputError(f"unknown axis {self.axis!r}, use {', '.join(AXES)}")
@@ -187,6 +189,8 @@ class CharacterisedMount:
     mount: Mount
     directions: tuple[CharacterisedDirection, ...]
     quality: Mapping[str, float]
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         owner = str(self.identity)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from deboom.arrays import RealArray
 from deboom.bench.compressor_rig import (
@@ -43,8 +44,10 @@ from deboom.compressor.cabin_index import (
 )
 from deboom.compressor.cabin_noise import RunningInCar, running_in_car
 from deboom.compressor.hoses import hose_matrices
+from deboom.compressor.identifiability import propagated
 from deboom.compressor.identification import Identification, IdentifyOptions
 from deboom.compressor.identify import identify
+from deboom.compressor.model import CompressorModel
 from deboom.compressor.sources import case_name, source_loads
 from deboom.compressor.unbalance_load import gyroscopic_mass
 from deboom.errors import InputError
@@ -52,7 +55,9 @@ from deboom.explore.robust import DesignLimits, Limit, Limits
 from deboom.explore.space import DesignSpace
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.electric_car import ElectricCar
+from deboom.physics.rigid_body import forward_matrices
 from deboom.physics.sound_level import spl
+from deboom.vehicles.fleet_front import PeakRise
 
 OTHER_CARS = 200
 """Purposes of random numbers from here on belong to the cars that are not written."""
@@ -191,6 +196,38 @@ class MountedFleet:
         gain = abs(self.index.gain[list(self.index.frequency).index(self.reference_line)])
         return np.array([gain * mount.stiffness for mount in self.index.mounts])
 
+    def deviation_at_reference(self, weights: RealArray) -> float:
+        """Return 1 σ of a mean |K| there over it, of hammer test and drawing of the mounts [1].
+
+        - `weights` (m, 3): share of each stiffness in the mean, their sum 1 [1].
+        """
+        line = np.array([self.reference_line])
+
+        def gain(model: CompressorModel) -> RealArray:
+            return np.asarray(np.abs(model.gain.at(line)))
+
+        calibrated = self.identified.calibrated
+        of_gain = np.sqrt(propagated(calibrated, gain)[0, 0]) / gain(calibrated.model)[0]
+        return float(np.hypot(of_gain, self.running.shares.deviation_of_mean(weights)))
+
+    @property
+    def amplitude_at_reference(self) -> RealArray:
+        """Peak amplitude of every mount there along its axes, shape (m, 3) [m].
+
+        Of its side at the compressor, in the sweep of the first pressure that counts; that of the
+        body is small beside it.
+        """
+        source, first = self.running.source, self.index.case_names[0]
+        pressures = {sweep.name: case_name(sweep.pressure) for sweep in source.test.sweeps}
+        motion = next(each.motion for each in source.motions if pressures[each.sweep] == first)
+        row = int(np.argmin(np.abs(motion.frequency - self.reference_line)))
+        mounts = self.index.mounts
+        positions = np.array([mount.position for mount in mounts])
+        moved = forward_matrices(positions) @ motion.values[row].ravel()
+        moved = moved.reshape(-1, 3) / (2.0 * np.pi * motion.frequency[row]) ** 2
+        turn = np.array([mount.orientation for mount in mounts])
+        return np.asarray(np.abs(np.einsum("mji,mj->mi", turn, moved)))
+
     @property
     def alarms(self) -> tuple[str, ...]:
         """What a reader must know of the data."""
@@ -284,6 +321,37 @@ def travel_limit(model: MountedFleet, space: DesignSpace, most: float) -> Design
     allowed = most * float(model.statics(space.nominal[None])[0, 0])
     limit = Limit(model.statics.response_names[0], "mm", at_most=allowed)
     return DesignLimits(model.statics, Limits((limit,)))
+
+
+@dataclass(frozen=True, eq=False)
+class _TravelAndPeaks:
+    """Travel of the mounts and rise of the booming peaks, both of which a search may limit."""
+
+    travel: MountStatics
+    rise: PeakRise
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        return self.travel.variable_names
+
+    @property
+    def response_names(self) -> tuple[str, ...]:
+        return self.travel.response_names + self.rise.response_names
+
+    def __call__(self, designs: npt.ArrayLike) -> RealArray:
+        return np.hstack([self.travel(designs), self.rise(designs)])
+
+
+def keeping_peaks(
+    limits: DesignLimits, model: MountedFleet, space: DesignSpace, most: float
+) -> DesignLimits:
+    """Limit by how much the booming peak of a car that rises most may rise, besides travel.
+
+    - `limits`: see `travel_limit`; `most`: rise over today's peaks, without scatter [dB].
+    """
+    rise = PeakRise(model.index, space.nominal)
+    both = (*limits.limits.limits, Limit(rise.response_names[0], "dB", at_most=most))
+    return DesignLimits(_TravelAndPeaks(model.statics, rise), Limits(both))
 
 
 def exact_change(model: MountedFleet, today: RealArray, design: RealArray) -> RealArray | None:

@@ -155,6 +155,8 @@ def _compressor_sheets(
         index=mounted.index,
         statics=mounted.statics,
         reference_line=mounted.reference_line,
+        amplitude=mounted.amplitude_at_reference,
+        deviation=mounted.deviation_at_reference,
         programme=Programme(),
         since=None if order.files.since is None else read_specification(order.files.since),
     )

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.stats import norm
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.choices import Pick
 from deboom.common import N_PER_MM, PERCENT
-from deboom.compressor.cabin_index import CabinIndex, MountStatics
+from deboom.compressor.cabin_index import GRAVITY, CabinIndex, MountStatics
 from deboom.errors import InputError
 from deboom.explore.front import verification_response
 from deboom.explore.robust import sigma_shares
@@ -26,12 +27,14 @@ from deboom.explore.sensitivity import (
 from deboom.files.acceptance import Programme, SheetDirection, SupplierSpecification
 from deboom.files.front_run import ComparedRun, design_name
 from deboom.plot.style import mount_of
-from deboom.supplier.numbers import IMPORTANCE, TENTH
+from deboom.supplier.numbers import IMPORTANCE, SURE, TENTH
 from deboom.supplier.sheet import NAN, DirectionFacts, PartSheet, SheetCurves, rounded
 from deboom.supplier.sources import secrets_of_run
 
 ALIKE = "mounts"
 """Name of the part where all mounts have one part number."""
+SURE_HALF_WIDTH = float(norm.ppf(0.5 + SURE / 2.0))
+"""Standard deviations of the half width of today's stiffness [1]."""
 STEP = 1e-3
 """Relative step of the derivative of a level by a stiffness [1]."""
 
@@ -52,6 +55,10 @@ class CompressorParts:
         Travel under 1 g.
     reference_line : float
         Line at which dynamic stiffness is stated [Hz].
+    amplitude : array, shape (m, 3)
+        Peak amplitude of every mount at that line, axial and radial [m].
+    deviation : callable
+        1 σ of a mean of today's |K| over it [1], of the shares of the stiffnesses in it, (m, 3).
     programme : Programme
     since : SupplierSpecification or None
         Older sheet.
@@ -62,6 +69,8 @@ class CompressorParts:
     index: CabinIndex
     statics: MountStatics
     reference_line: float
+    amplitude: RealArray
+    deviation: Callable[[RealArray], float]
     programme: Programme
     since: SupplierSpecification | None = None
 
@@ -111,6 +120,13 @@ class CompressorParts:
     def static(self) -> RealArray:
         """Today's static stiffness, shape (3 m,) [N/m]."""
         return np.array([mount.stiffness for mount in self.index.mounts]).ravel()
+
+    def state(self, column: int) -> tuple[float, float]:
+        """Return the amplitude at which a chosen stiffness works [m], and 95 % ± of today's [1]."""
+        of_part = self.index.variables.scaled[column]
+        weights = np.where(of_part, abs(self.stiffness), 0.0)
+        half = SURE_HALF_WIDTH * self.deviation((weights / weights.sum()).reshape(-1, 3))
+        return float(self.amplitude.ravel()[of_part].mean()), half
 
     def scattering(self, column: int) -> list[int]:
         """Return the columns that scatter together with a chosen one: batch and pieces."""
@@ -253,7 +269,7 @@ class CompressorSheet(PartSheet):
                     loss_factor=rounded(today.imag / today.real if today.imag > 0.0 else NAN, 4),
                     preload_n=None,
                     preload_mm=None,
-                    amplitude_mm=None,
+                    amplitude_mm=rounded(1e3 * self.parts.state(column)[0], 4),
                     frequency_hz=self.parts.reference_line,
                     static_rate_n_per_mm=rounded(N_PER_MM * rate, 1),
                 )
@@ -262,8 +278,8 @@ class CompressorSheet(PartSheet):
 
     @property
     def facts(self) -> tuple[DirectionFacts, ...]:
-        """Nothing more is known of a direction."""
-        return tuple(DirectionFacts() for _ in self.directions)
+        """How sure today's stiffness is."""
+        return tuple(DirectionFacts(self.parts.state(c)[1]) for c in self.directions.values())
 
     @property
     def acoustic_cpk(self) -> float | None:
@@ -298,15 +314,22 @@ class CompressorSheet(PartSheet):
         travel = self.parts.travel(self.parts.wanted), self.parts.travel(softest)
         at_nominal, at_ends = (f"{value:.2f}" for value in travel)
         say, line = self.say, f"{self.parts.reference_line:g}"
+        pressure = self.parts.index.case_names[0]
+        weight = f"{self.parts.statics.mass * GRAVITY:.0f}"
         return (
             say("The band rests on ", "Das Band beruht auf: ") + self.rests_on + ".",
             say(
                 "Axial is along the axis of the mount, radial across it, both radial directions "
-                f"alike. N/mm hold at {line} Hz; preload and amplitude are to be agreed, the ratio "
-                "to today's part on one machine holds at any.",
+                f"alike. N/mm hold at {line} Hz and the amplitude that a mount had there at "
+                f"{pressure}, under the {weight} N of the compressor; how they load each axis is "
+                "to be agreed. The ratio to today's part on one machine holds at any state. ± "
+                "95 % of today's |K|: hammer test and drawing of the mounts.",
                 "Axial ist längs der Lagerachse, radial quer dazu, beide radialen Richtungen "
-                f"gleich. N/mm gelten bei {line} Hz; Vorlast und Amplitude sind noch zu "
-                "vereinbaren, das Verhältnis zum heutigen Teil auf einer Maschine gilt bei jeder.",
+                f"gleich. N/mm gelten bei {line} Hz und der Amplitude, die ein Lager dort bei "
+                f"{pressure} hatte, unter den {weight} N des Kompressors; wie sie jede Achse "
+                "belasten, ist noch zu vereinbaren. Das Verhältnis zum heutigen Teil auf einer "
+                "Maschine gilt bei jedem Zustand. ± 95 % des heutigen |K|: Hammerversuch und "
+                "Zeichnung der Lager.",
             ),
             say(
                 f"Under 1 g a mount travels {at_nominal} times as far as today at nominal, "

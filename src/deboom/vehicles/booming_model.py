@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, short_repr
 from deboom.errors import InputError
 from deboom.explore.space import DesignSpace, checked_designs, stiffness_factor_space
 from deboom.measurement.channels import LoadCase
@@ -98,6 +98,8 @@ class BoomingModel:
     _level_sums: tuple[LevelSum, ...] = field(init=False, repr=False)
     _one_pascal: float = field(init=False, repr=False)
     """SPLV of 1 Pa at every line: the A-weighting and the reference of all lines at once."""
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         weights = _normalised(self.weights, [case.load_case for case in self.cases])
@@ -427,7 +429,7 @@ class CatalogueModel:
     Designs are one part number per mount, from 0, then one stiffness factor per mount and axis.
 
     - `mounts`: mounts in the order of the factors.
-    - `levels`: model number o has part number o at every mount; a mount with fewer parts repeats
+    - `models`: model number o has part number o at every mount; a mount with fewer parts repeats
       any. Number 0 has today's parts. Motion is prescribed or coupled.
     - `n_parts`: number of parts for each mount.
     """
@@ -435,24 +437,39 @@ class CatalogueModel:
     response_unit = "dB(A)"
 
     mounts: tuple[Mount, ...]
-    levels: tuple[BoomingModel, ...]
+    models: tuple[BoomingModel, ...]
     n_parts: tuple[int, ...]
 
     @property
     def variable_names(self) -> tuple[str, ...]:
         """``<mount> part`` of every mount, then the stiffness factors."""
         choices = tuple(f"{mount.name}{PART_SUFFIX}" for mount in self.mounts)
-        return (*choices, *self.levels[0].variable_names)
+        return (*choices, *self.models[0].variable_names)
 
     @property
     def response_names(self) -> tuple[str, ...]:
         """Names of the vehicles."""
-        return self.levels[0].response_names
+        return self.models[0].response_names
 
     @property
     def n_lines(self) -> int:
         """Number of lines in each sum."""
-        return self.levels[0].n_lines
+        return self.models[0].n_lines
+
+    @property
+    def frequency(self) -> RealArray:
+        """Lines of the band, shape (n_frequency,) [Hz]."""
+        return self.models[0].frequency
+
+    @property
+    def load_case_names(self) -> tuple[str, ...]:
+        """Names of the load cases."""
+        return self.models[0].load_case_names
+
+    @property
+    def weights(self) -> tuple[float, ...]:
+        """Weights of the load cases, their sum 1 [1]."""
+        return self.models[0].weights
 
     def of_parts(self, parts: Sequence[int]) -> BoomingModel:
         """Return the model of one set of parts, as a function of the stiffness factors.
@@ -468,11 +485,11 @@ class CatalogueModel:
         per_mount = [len(mount.variables) for mount in self.mounts]
         part = np.repeat(np.array(numbers, dtype=np.intp), per_mount)
         cases: list[Case] = []
-        for first, *others in zip(*(level.cases for level in self.levels), strict=True):
+        for first, *others in zip(*(model.cases for model in self.models), strict=True):
             if isinstance(first, AmplitudeMotion):
                 raise InputError("parts of a catalogue need prescribed or coupled motion")
             cases.append(first.with_parts([first, *others], part))
-        return replace(self.levels[0], cases=tuple(cases))
+        return replace(self.models[0], cases=tuple(cases))
 
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
         """Return SPLV of each design in each vehicle.
@@ -482,16 +499,35 @@ class CatalogueModel:
         - raises InputError: designs of another shape or not finite; a part number with a fraction,
           or of no part.
         """
+        splv = np.empty((len(np.atleast_2d(designs)), len(self.response_names)))
+        for rows, model, factors in self._sets(designs):
+            splv[rows] = model(factors)
+        return splv
+
+    def levels(self, designs: npt.ArrayLike, load_case: str | None = None) -> RealArray:
+        """Return the sound pressure level of every line in one load case.
+
+        - `designs` (n, n_mount + k), see `__call__`; `load_case`: by default the first.
+        - returns (n, v, f) [dB(A)].
+        """
+        shape = len(np.atleast_2d(designs)), len(self.response_names), self.n_lines
+        levels = np.empty(shape)
+        for rows, model, factors in self._sets(designs):
+            levels[rows] = model.levels(factors, load_case)
+        return levels
+
+    def _sets(
+        self, designs: npt.ArrayLike
+    ) -> Iterator[tuple[npt.NDArray[np.intp], BoomingModel, RealArray]]:
+        """Yield rows of the designs that have the same parts, their model and their factors."""
         rows = checked_designs(designs, self.variable_names)
         parts, factors = rows[:, : len(self.mounts)], rows[:, len(self.mounts) :]
         if np.any(parts != np.floor(parts)):
             raise InputError("part numbers are whole: round them, or search whole-number variables")
-        splv = np.empty((len(rows), len(self.response_names)))
         sets, set_of_row = np.unique(parts, axis=0, return_inverse=True)
         for number, chosen in enumerate(sets.astype(int).tolist()):
             at = np.flatnonzero(set_of_row.ravel() == number)
-            splv[at] = self.of_parts(chosen)(factors[at])
-        return splv
+            yield at, self.of_parts(chosen), factors[at]
 
 
 def _normalised(weights: Sequence[float], names: Sequence[str]) -> list[float]:

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
+from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked, short_repr
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_doubled
@@ -45,6 +45,8 @@ class Vehicle:
     group: str
     noise_transfer: Frf
     receptance: Frf | None = None
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         if self.noise_transfer.unit != "Pa/N":

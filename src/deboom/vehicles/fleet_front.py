@@ -65,6 +65,54 @@ class CarLevels:
         return np.asarray(np.percentile(self.levels, percent, axis=0))
 
 
+def load_cases_of(model: Any) -> tuple[str, ...]:
+    """Names of the load cases of a model with levels, or of the pressures of a compressor."""
+    names = getattr(model, "load_case_names", None)
+    return tuple(model.case_names if names is None else names)
+
+
+@dataclass(frozen=True, eq=False)
+class PeakRise:
+    """By how much a design raises the booming peak that rises most, as a search limits it.
+
+    - `model`: with ``frequency`` and ``levels``.
+    - `today` (k,): design that it is compared with.
+    - `order`: of the lines, per revolution [1].
+    """
+
+    model: Any
+    today: RealArray
+    order: float = 1.0
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """Those of the model."""
+        return tuple(self.model.variable_names)
+
+    @property
+    def response_names(self) -> tuple[str, ...]:
+        """Name of the one response."""
+        return ("rise of a booming peak",)
+
+    def __call__(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the largest rise over vehicles and load cases, without scatter, (n, 1) [dB].
+
+        0 where there is no booming peak, neither today nor in the design.
+        """
+        rows = np.vstack([self.today, np.asarray(designs, dtype=float)])
+        rise = np.full(len(rows) - 1, -np.inf)
+        for case in load_cases_of(self.model):
+            before, *after = np.asarray(self.model.levels(rows, case))
+            for row, levels in enumerate(after):
+                changes = (
+                    change.level_after - change.level_before
+                    for pair in zip(before, levels, strict=True)
+                    for change in compare_peaks(*pair, self.model.frequency, self.order)
+                )
+                rise[row] = max([rise[row], *changes])
+        return np.where(np.isfinite(rise), rise, 0.0)[:, np.newaxis]
+
+
 @dataclass(frozen=True, eq=False)
 class FleetFront:
     """Levels, booming peaks and vehicles behind a front of designs; levels without scatter.
@@ -156,26 +204,14 @@ class FleetFront:
     def peak_rise(self, designs: RealArray) -> RealArray:
         """Return by how much designs (n, k) raise the booming peak that rises most, (n,) [dB].
 
-        Of all vehicles and load cases, without scatter; -inf where there is no booming peak.
+        Of all vehicles and load cases, without scatter; 0 where there is no booming peak.
         """
-        rows = np.vstack([self.today, designs])
-        rise = np.full(len(designs), -np.inf)
-        for case in self.load_cases:
-            before, *after = np.asarray(self.model.levels(rows, case))
-            for row, levels in enumerate(after):
-                changes = (
-                    change.level_after - change.level_before
-                    for pair in zip(before, levels, strict=True)
-                    for change in compare_peaks(*pair, self.frequency, self.order)
-                )
-                rise[row] = max([rise[row], *changes])
-        return rise
+        return PeakRise(self.model, self.today, self.order)(designs)[:, 0]
 
     @property
     def load_cases(self) -> tuple[str, ...]:
         """Names of the load cases, or of the pressures of a compressor."""
-        names = getattr(self.model, "load_case_names", None)
-        return tuple(self.model.case_names if names is None else names)
+        return load_cases_of(self.model)
 
     def peak_table(self, design: RealArray) -> pd.DataFrame:
         """Tabulate today's booming peaks and what becomes of them in one design."""

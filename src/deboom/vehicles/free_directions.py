@@ -18,7 +18,9 @@ from deboom.vehicles.booming_peaks import compare_peaks
 NOTICEABLE = 0.1
 """Change of the mean level of the lines, or of a booming peak, that counts as noticeable [dB]."""
 SCANNED = 21
-"""Values of each direction that are tried over its range."""
+"""Values of each direction that are tried over its range, and again about the end of it."""
+BETWEEN = 41
+"""Values between the design and the end of an interval at which it is held again."""
 
 
 class Need(Enum):
@@ -123,8 +125,9 @@ def free_directions(
     Judged is the vehicle that moves most, by the mean level of its lines over all load cases and
     by its booming peaks in each: a mean over vehicles hides that one gains what another loses.
     Between two of the `SCANNED` values a curve may pass them by an eighth of its second difference,
-    which is added to the change. Ends between two values are interpolated. Other directions stay
-    at the design: several that are free may add up.
+    which is added to the change. Where a direction is not free, the range between the design and
+    the end is judged again on `BETWEEN` values, and the nearest crossing is the end. Other
+    directions stay at the design: several that are free may add up.
 
     Examples
     --------
@@ -147,21 +150,19 @@ def free_directions(
         if name in without_effect or not upper[column] > lower[column]:
             interval[column] = lower[column], upper[column]
             continue
+        line = _Line(model, base, column)
         values = np.unique(
             np.append(np.linspace(lower[column], upper[column], SCANNED), base[column])
         )
-        rows = np.tile(base, (len(values), 1))
-        rows[:, column] = values
         start = int(np.searchsorted(values, base[column]))
-        changes = _between(largest_changes(model, rows, base))
-        changes[start] = 0.0
+        changes = line.changes(values)
         move[column] = changes.max(axis=0)
         worst = changes.max(axis=1)
         if np.all(move[column] <= amount):
             interval[column] = lower[column], upper[column]
         else:
-            interval[column, 0] = _end(values[: start + 1][::-1], worst[: start + 1][::-1], amount)
-            interval[column, 1] = _end(values[start:], worst[start:], amount)
+            interval[column, 0] = line.end(values[start::-1], worst[start::-1], amount)
+            interval[column, 1] = line.end(values[start:], worst[start:], amount)
     return DirectionFreedom(
         names=names,
         vehicles=vehicles,
@@ -214,22 +215,41 @@ def largest_changes(model: BoomingModel, designs: npt.ArrayLike, base: RealArray
     return np.asarray(np.nan_to_num(changes, nan=np.inf))
 
 
-def _between(changes: RealArray) -> RealArray:
-    """Add to changes (n, v) by how much a parabola through three points may pass them."""
-    passed = np.array(changes)
-    with np.errstate(invalid="ignore"):
-        second = np.abs(changes[2:] - 2.0 * changes[1:-1] + changes[:-2]) / 8.0
-    passed[1:-1] += np.nan_to_num(second, nan=np.inf)
-    return np.asarray(passed)
+@dataclass(frozen=True, eq=False)
+class _Line:
+    """Designs that differ in one variable: the model, the design and the variable's place."""
 
+    model: BoomingModel
+    base: RealArray
+    column: int
 
-def _end(values: RealArray, moved: RealArray, amount: float) -> float:
-    """How far along `values`, which lead away from the design, `moved` stays below `amount`."""
-    beyond = np.flatnonzero(~(moved < amount))
-    if beyond.size == 0:
-        return float(values[-1])
-    first = beyond[0]
-    last = max(first - 1, 0)
-    if first == last or not np.isfinite(moved[first]):
-        return float(values[last])
-    return float(np.interp(amount, moved[[last, first]], values[[last, first]]))
+    def changes(self, values: RealArray) -> RealArray:
+        """Largest change of each vehicle at or about values (n,), which are in order: (n, v)."""
+        rows = np.tile(self.base, (len(values), 1))
+        rows[:, self.column] = values
+        changes = largest_changes(self.model, rows, self.base)
+        passed = np.array(changes)
+        with np.errstate(invalid="ignore"):
+            second = np.abs(changes[2:] - 2.0 * changes[1:-1] + changes[:-2]) / 8.0
+        passed[1:-1] += np.nan_to_num(second, nan=np.inf)
+        passed[values == self.base[self.column]] = 0.0
+        return passed
+
+    def end(self, values: RealArray, worst: RealArray, amount: float) -> float:
+        """How far along `values`, which lead away from the design, `worst` stays below `amount`.
+
+        A booming peak that appears, or finds another partner, makes a step: the end is a value that
+        was judged, and what lies between it and the design is judged again on closer values.
+        """
+        end = float(values[-1])
+        while True:
+            beyond = np.flatnonzero(~(worst < amount))
+            if beyond.size:
+                values = np.linspace(values[beyond[0] - 1], values[beyond[0]], SCANNED)
+                worst = self.changes(values).max(axis=1)
+                near = np.flatnonzero(~(worst < amount))
+                end = float(values[near[0] - 1 if near.size else -1])
+            values = np.linspace(self.base[self.column], end, BETWEEN)
+            worst = self.changes(values).max(axis=1)
+            if np.all(worst < amount):
+                return end

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deboom.arrays import RealArray
+from deboom.arrays import RealArray, short_repr
 from deboom.common import choice, word_of
 from deboom.errors import DataWarning, InputError
 from deboom.measurement.channels import LoadCase
@@ -116,6 +116,8 @@ class Platform:
     library: tuple[CharacterisedMount, ...] = ()
     library_fault: InputError | None = None
     doubts: tuple[str, ...] = ()
+
+    __repr__ = short_repr
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:

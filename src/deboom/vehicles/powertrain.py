@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import PchipInterpolator
 
-from deboom.arrays import BoolArray, RealArray, checked
+from deboom.arrays import BoolArray, RealArray, checked, short_repr
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
@@ -186,6 +186,8 @@ class KinematicModel:
 
     mounts: tuple[Mount, ...]
     curves: Mapping[str, StaticCurve]
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         for mount in self.mounts:

@@ -13,8 +13,8 @@ record = (
     + np.cos(6 * np.pi * turned - 0.4)
     + 0.3 * np.cos(2 * np.pi * 50 * time)
 )
-found = order_waveform(record, rate, rpm, [0.5, 1.5, 3.0], bandwidth=3.0).envelopes
+envelopes = order_waveform(record, rate, rpm, [0.5, 1.5, 3.0], bandwidth=3.0).envelopes
 rows = slice(0, None, 400)
-table = np.column_stack([time[rows], found[rows].real, found[rows].imag])
+table = np.column_stack([time[rows], envelopes[rows].real, envelopes[rows].imag])
 header = "time [s],re 0.5,re 1.5,re 3,im 0.5,im 1.5,im 3"
 np.savetxt("envelopes.csv", table, delimiter=",", header=header, comments="", fmt="%.12g")

@@ -1,8 +1,8 @@
 """Mistakes that people make in folders of measurements, each built on a folder without any.
 
-``python benchmarks/mistakes.py --seeds 101 102`` builds every mistake once per seed, at a place and
-of a size that the seed draws, and says what ``deboom check`` makes of it. A mistake is named if a
-fault, a WARNING or an ALARM that the folder did not have before holds one of the words that tell
+``python tests/samples/mistakes.py --seeds 101 102`` builds every mistake once per seed, at a place
+and of a size that the seed draws, and says what ``deboom check`` makes of it. A mistake is named if
+a fault, a WARNING or an ALARM that the folder did not have before holds one of the words that tell
 where it is: a channel, a vehicle, a key, a file. What cannot be seen in any data is built too, and
 counted apart. Seeds to `LAST_TUNING` are for tuning, later ones judge.
 """
@@ -103,8 +103,8 @@ def number(path: Path, key: str, change: Callable[[float], float], count: int = 
 def matrix(path: Path, key: str, change: Callable[[np.ndarray], np.ndarray]) -> Sequence[str]:
     """Change the list of numbers of a key of a TOML file."""
 
-    def changed(found: re.Match[str]) -> str:
-        values = np.array(eval(found[1], {"__builtins__": {}}))
+    def changed(match: re.Match[str]) -> str:
+        values = np.array(eval(match[1], {"__builtins__": {}}))
         return f"{key} = {np.asarray(change(values)).tolist()}"
 
     text(path, rf"^{key} = (\[.*\])$", changed)
@@ -192,11 +192,11 @@ def jomega(function: UffFunction) -> np.ndarray:
 
 def one_of(path: Path, draw: Generator, change: Change, ordinate: str = "") -> UffFunction:
     """Change one function of a file, which is drawn and returned as it was."""
-    there = read_uff(path)
-    which = [n for n, each in enumerate(there) if ordinate in ("", each.ordinate)]
+    functions = read_uff(path)
+    which = [n for n, each in enumerate(functions) if ordinate in ("", each.ordinate)]
     n = which[int(draw.integers(len(which)))]
-    write_uff(path, [change(each) if k == n else each for k, each in enumerate(there)])
-    return there[n]
+    write_uff(path, [change(each) if k == n else each for k, each in enumerate(functions)])
+    return functions[n]
 
 
 def channel_of(function: UffFunction) -> str:
@@ -324,15 +324,17 @@ def _(folder, draw):
 def _(folder, draw):
     compliance = 10 ** draw.uniform(-7.7, -7.0) * (1 - 0.05j)
     for path in sorted((folder / "operating").glob("*.uff")):
-        there = read_uff(path)
-        force = {(f.response_node, f.response_direction): f for f in there if f.ordinate == "force"}
+        functions = read_uff(path)
+        force = {
+            (f.response_node, f.response_direction): f for f in functions if f.ordinate == "force"
+        }
         write_uff(
             path,
             [
                 replace(f, values=compliance * force[f.response_node, f.response_direction].values)
                 if f.ordinate == "displacement"
                 else f
-                for f in there
+                for f in functions
             ],
         )
     return ("displacement", "stiffness", "load case")
@@ -471,9 +473,9 @@ def _(folder, draw):
 def _(folder, draw):
     first, second = two(draw, VEHICLES)
     target = folder / f"noise_transfer/{first}.uff"
-    own = read_uff(target)
+    functions = read_uff(target)
     others = read_uff(folder / f"noise_transfer/{second}.uff")
-    write_uff(target, [replace(a, values=b.values) for a, b in zip(own, others, strict=True)])
+    write_uff(target, [replace(a, values=b.values) for a, b in zip(functions, others, strict=True)])
     return (first, second)
 
 
@@ -493,9 +495,9 @@ def _(folder, draw):
 def _(folder, draw):
     vehicle, (first, second) = pick(draw, VEHICLES), draw.choice(10, 2, replace=False)
     path = folder / f"noise_transfer/{vehicle}.uff"
-    there = list(read_uff(path))
-    there[first] = replace(there[first], values=there[second].values)
-    write_uff(path, there)
+    functions = list(read_uff(path))
+    functions[first] = replace(functions[first], values=functions[second].values)
+    write_uff(path, functions)
     return (vehicle,)
 
 
@@ -503,11 +505,11 @@ def _(folder, draw):
 def _(folder, draw):
     vehicle, (first, second) = pick(draw, VEHICLES), draw.choice(10, 2, replace=False)
     path = folder / f"noise_transfer/{vehicle}.uff"
-    there = list(read_uff(path))
-    values = there[first].values, there[second].values
-    there[first] = replace(there[first], values=values[1])
-    there[second] = replace(there[second], values=values[0])
-    write_uff(path, there)
+    functions = list(read_uff(path))
+    values = functions[first].values, functions[second].values
+    functions[first] = replace(functions[first], values=values[1])
+    functions[second] = replace(functions[second], values=values[0])
+    write_uff(path, functions)
     return (vehicle,)
 
 
@@ -927,10 +929,10 @@ def _(folder, draw):
 @on_compressor("functions of an impact identical with another's")
 def _(folder, draw):
     first, second = (201 + int(n) for n in draw.choice(18, 2, replace=False))
-    there = read_uff(folder / "frf.uff")
+    functions = read_uff(folder / "frf.uff")
     of = {
         (f.response_node, f.response_direction): f.values
-        for f in there
+        for f in functions
         if f.reference_node == second
     }
     write_uff(
@@ -939,7 +941,7 @@ def _(folder, draw):
             replace(f, values=of[f.response_node, f.response_direction])
             if f.reference_node == first
             else f
-            for f in there
+            for f in functions
         ],
     )
     return (f"I{first - 200:02}", f"I{second - 200:02}")
@@ -1179,7 +1181,7 @@ def findings(folder: Path) -> tuple[str, ...]:
     lines = [line for line in summary.splitlines() if "WARNING" in line or "ALARM" in line]
     return tuple(
         sentence.replace(str(folder), "")
-        for sentence in (*faults, *lines, *(str(one.message) for one in caught))
+        for sentence in (*faults, *lines, *(str(finding.message) for finding in caught))
     )
 
 
@@ -1194,15 +1196,15 @@ def outcomes(seed: int, wanted: Sequence[Mistake] = ()) -> Iterator[Outcome]:
             shutil.rmtree(folder / "truth", ignore_errors=True)
             return folder, findings(folder)
 
-        for place, one in enumerate(MISTAKES):
-            if wanted and one not in wanted:
+        for place, mistake in enumerate(MISTAKES):
+            if wanted and mistake not in wanted:
                 continue
-            source, before = right(one.folder)
+            source, before = right(mistake.folder)
             folder = Path(shutil.copytree(source, Path(temporary) / "wrong"))
-            words = one.make(folder, np.random.default_rng([seed, place]))
+            words = mistake.make(folder, np.random.default_rng([seed, place]))
             sentences = tuple(text for text in findings(folder) if text not in before)
             shutil.rmtree(folder)
-            yield Outcome(one, seed, sentences, tuple(words))
+            yield Outcome(mistake, seed, sentences, tuple(words))
 
 
 def alarms(kind: FolderKind, seed: int) -> tuple[str, ...]:
@@ -1238,10 +1240,10 @@ def main() -> None:
                     f"{'+' if each.named else '-'} {each.mistake.folder.value}: {each.mistake.name}"
                 )
                 print(*(f"      {text[:300]}" for text in each.sentences), sep="\n")
-    for one, named in table.items():
-        seen = "" if one.visible else "  (cannot be seen)"
-        print(f"{sum(named)}/{len(named)}  {one.folder.value}: {one.name}{seen}")
-    visible = [hit for one, named in table.items() if one.visible for hit in named]
+    for mistake, named in table.items():
+        seen = "" if mistake.visible else "  (cannot be seen)"
+        print(f"{sum(named)}/{len(named)}  {mistake.folder.value}: {mistake.name}{seen}")
+    visible = [hit for mistake, named in table.items() if mistake.visible for hit in named]
     print(f"named: {sum(visible)} of {len(visible)}, {100 * np.mean(visible):.1f} %")
 
 

@@ -72,8 +72,8 @@ class Source:
     @property
     def mounted_receptance(self):
         """Receptance of the source at the far ends of its mounts."""
-        own = np.linalg.inv(self.stiffness)[:, INTERFACE][:, :, INTERFACE]
-        return own + np.eye(N_PATH) / self.mounts[:, np.newaxis, :]
+        alone = np.linalg.inv(self.stiffness)[:, INTERFACE][:, :, INTERFACE]
+        return alone + np.eye(N_PATH) / self.mounts[:, np.newaxis, :]
 
     @property
     def blocked_force(self):

@@ -22,7 +22,7 @@ from deboom.report import Report
 from deboom.runs.options import Seed
 from deboom.runs.result import RunContext
 from deboom.runs.search import SearchOptions
-from known_truth import quad2
+from samples.known_truth import quad2
 
 
 @dataclass(frozen=True)

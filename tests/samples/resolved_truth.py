@@ -18,7 +18,7 @@ from deboom.physics.sound_level import spl
 from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.platform import LIBRARY_FILE, Platform
 
-PLATFORM = Path(__file__).parents[1] / "studies" / "data" / "u06_f39_f45"
+PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 OPTIMUM = {"TSM x": 0.80, "Du x": 0.80, "EnM x": 1.20, "GeM x": 1.14}
 """The best-mean optimum of the study with prescribed motion."""
 
@@ -39,13 +39,13 @@ def scaled_bench(
     """Scale the bench's mounts: the rubber itself (`part`), or its dynamic stiffness alone."""
     factors = dict(zip(names, design.tolist(), strict=True))
 
-    def law(one: DirectionLaw, factor: float) -> DirectionLaw:
+    def law(mount: DirectionLaw, factor: float) -> DirectionLaw:
         if not part:
-            return replace(one, dynamic_ratio=factor * one.dynamic_ratio)
-        stages = tuple(replace(s, stiffness=factor * s.stiffness) for s in one.stages)
-        return replace(one, stiffness=factor * one.stiffness, stages=stages)
+            return replace(mount, dynamic_ratio=factor * mount.dynamic_ratio)
+        stages = tuple(replace(s, stiffness=factor * s.stiffness) for s in mount.stages)
+        return replace(mount, stiffness=factor * mount.stiffness, stages=stages)
 
-    def body(one: SuspendedBody) -> SuspendedBody:
+    def body(body_data: SuspendedBody) -> SuspendedBody:
         mounts = tuple(
             replace(
                 mount,
@@ -54,9 +54,9 @@ def scaled_bench(
                     for direction, axis in zip(mount.laws, "xyz", strict=False)
                 ),
             )
-            for mount in one.mounts
+            for mount in body_data.mounts
         )
-        return replace(one, mounts=mounts)
+        return replace(body_data, mounts=mounts)
 
     return replace(bench, powertrain=body(bench.powertrain), wheel_end=body(bench.wheel_end))
 

@@ -16,7 +16,7 @@ from scipy.optimize import brentq, minimize
 from deboom.arrays import RealArray
 from deboom.explore.box import Box, BoxQuestion
 from deboom.explore.largest_box import BoxEffort, largest_box
-from known_truth import Quad2, quad2
+from samples.known_truth import Quad2, quad2
 
 SHARE = 0.95
 NODES = 400
@@ -143,7 +143,7 @@ def exact_largest_box(
         return Box(bounds.names, lower, upper)
 
     at = (anchor - bounds.lower) / span
-    found = minimize(
+    optimum = minimize(
         lambda place: -float(np.log(np.maximum(place[size:] - place[:size], 1e-3)).sum()),
         np.clip(np.concatenate([at - 0.05, at + 0.05]), 0.0, 1.0),
         method="SLSQP",
@@ -154,7 +154,7 @@ def exact_largest_box(
         },
         options={"maxiter": 200, "ftol": 1e-10},
     )
-    return box(found.x)
+    return box(optimum.x)
 
 
 def largest_linear_box(slope: RealArray, limit: float, share: float, lower: RealArray) -> Box:
@@ -218,8 +218,8 @@ def ratio_of(
     else:
         problem, limit, bounds, exact = plane(n_variables, seed) if kind == "plane" else bowl(seed)
     question = BoxQuestion(problem, limit, SHARE, bounds.lower, bounds.upper)
-    found = largest_box(question, seed=seed, effort=effort)
-    true = exact_share(problem, limit, found.box)
-    ratio = float(np.prod(found.box.width / exact.width))
-    off = abs(found.verified.share - true) / found.verified.standard_error
-    return ratio, true >= max(found.verified.bound, SHARE), found.confirmed, off
+    box = largest_box(question, seed=seed, effort=effort)
+    true = exact_share(problem, limit, box.box)
+    ratio = float(np.prod(box.box.width / exact.width))
+    off = abs(box.verified.share - true) / box.verified.standard_error
+    return ratio, true >= max(box.verified.bound, SHARE), box.confirmed, off

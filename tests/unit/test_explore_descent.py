@@ -1,6 +1,6 @@
 """Descents inside a search: when they apply, what joins the archive, the same bits for anybody."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from deboom.explore.moments import Objective, Statistic
 from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
 from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
 from deboom.explore.search import nsga2, searched
-from deboom.explore.space import ResponseFunction, stiffness_factor_space
+from deboom.explore.space import stiffness_factor_space
 from samples.known_truth import WithSlopes, quad2
 
 MODEL = WithSlopes(quad2(4, seed=1))
@@ -63,7 +63,20 @@ def test_unpolished_the_search_is_nsga2_alone():
     assert front.note == ""
 
 
-FIRST = ResponseFunction(lambda x: x[:, :1], SPACE.names, ("first",), "1")
+@dataclass(frozen=True)
+class First:
+    """The first variable as a limited number."""
+
+    variable_names = SPACE.names
+    response_names = ("first",)
+    smooth: bool = True
+
+    def __call__(self, designs):
+        """Return the first column."""
+        return designs[:, :1]
+
+
+FIRST = First()
 AT_LEAST = Limits((Limit("first", "1", at_least=1.10),))
 
 
@@ -71,6 +84,8 @@ def test_limits_of_the_worst_drawn_part_leave_the_search_to_nsga2():
     every_part = DesignLimits(FIRST, Limits((Limit("first", "1", at_least=0.8),)), ROBUST)
     assert deboom.search(ROBUST, **BUDGET, limits=every_part).search.n_evaluated == 16
     assert not is_smooth(ROBUST, every_part)
+    assert is_smooth(ROBUST, DesignLimits(FIRST, AT_LEAST))
+    assert not is_smooth(ROBUST, DesignLimits(First(smooth=False), AT_LEAST))
 
 
 @pytest.mark.parametrize(

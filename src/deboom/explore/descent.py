@@ -110,7 +110,8 @@ def is_smooth(robust: Robust, limits: DesignLimits | None = None) -> bool:
 
     They do for means and sigmas of a `Differentiable` model whose designs share their draws,
     without whole-number variables. Limits may be bounds of means and sigmas, of the worst response
-    from above, and of numbers of the design itself; the worst drawn part has no gradient.
+    from above, and of numbers of the design itself that have a ``gradient`` or are ``smooth``; the
+    worst drawn part and the rise of a booming peak, which comes and goes, have none.
     """
     return (
         len(robust.objectives) == 2
@@ -118,12 +119,18 @@ def is_smooth(robust: Robust, limits: DesignLimits | None = None) -> bool:
         and isinstance(robust.sample, ToleranceSample)
         and not robust.nominal_mean
         and (robust.limits is None or _bounds(robust, robust.limits) is not None)
-        and (limits is None or limits.every_part is None)
+        and (limits is None or _has_slopes(limits))
         and not robust.space.integer.any()
         and bool(np.any(robust.space.upper > robust.space.lower))
         and isinstance(robust.evaluate, Differentiable)
         and robust.evaluate.is_smooth
     )
+
+
+def _has_slopes(limits: DesignLimits) -> bool:
+    numbers = limits.requirements
+    slopes = hasattr(numbers, "gradient") or getattr(numbers, "smooth", False)
+    return limits.every_part is None and bool(slopes)
 
 
 def _bounds(robust: Robust, limits: RobustLimits) -> list[tuple[SmoothNumber, float, float]] | None:

@@ -500,15 +500,17 @@ class Robust:
             return objective(values[:, at], mean[at], sigma[at])
         of_designs = hasattr(objective.response, "variable_names")
         given = np.array(made) if of_designs else np.array(values)
-        column = np.asarray(objective.response(given), dtype=float)
-        if column.size != len(values):
+        columns = np.asarray(objective.response(given), dtype=float)
+        # a model of its own may have several responses, whose sum or worst counts
+        n_columns = len(getattr(objective.response, "response_names", ("",)))
+        if columns.size != len(values) * n_columns:
             raise InputError(
-                f"the objective '{objective.name}' gave an array of shape {column.shape} for "
+                f"the objective '{objective.name}' gave an array of shape {columns.shape} for "
                 f"{len(values)} draws: return one number for each"
             )
-        column = column.reshape(-1, 1)
-        moments = self.prepared(design).moments(column)
-        return objective(column, moments.mean, moments.sigma)
+        columns = columns.reshape(-1, n_columns)
+        moments = self.prepared(design).moments(columns)
+        return objective(columns, moments.mean, moments.sigma)
 
     def _numbers(self, design: RealArray, numbers: Sequence[Objective]) -> RealArray:
         """Return numbers of a design that does not fail, shape (n,)."""

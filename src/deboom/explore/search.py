@@ -698,6 +698,8 @@ def search(
         notes.append("Descents along exact gradients then brought the whole front to convergence.")
     elif gradients and shown is not None:
         notes.append("Its picks then went on by gradient.")
+    elif polish and not gradients and is_smooth(replace(robust, limits=None)):
+        notes.append("A limit has no gradient, so that the algorithm's designs are the front.")
     judge = replicates(robust, verified_with, seed=seed)
     try:
         values = verified(rows, judge)

@@ -257,6 +257,7 @@ def _free_tolerances(report: Report, front: Front, options: Options) -> None:
                 "least sigma at no higher price": values[steadiest],
             },
             value_label="price over today's [1]",
+            share_label="from smallest to largest [%]",
         ),
         "Every design of the front over both levels, the price and the tolerance of each mount, "
         "from the smallest to the largest of each.",

@@ -270,11 +270,11 @@ def test_a_front_of_three_objectives_has_table_picks_and_picture():
     figure = front.picture()
     assert len([axes for axes in figure.axes if axes is not None]) >= 6
     lines = front.parallel_picture()
-    assert lines.get_ylabel() == "from least to largest of the front [%]"
+    assert lines.get_ylabel() == "share of the range [%]"
     labels = [text.get_text().split("\n") for text in lines.get_xticklabels()]
     assert [name for name, _ in labels] == list(front.robust.objective_labels)
     low = front.values.objectives[front.nondominated].min(axis=0)
-    assert [ends.split(" to ")[0] for _, ends in labels] == [f"{value:.4g}" for value in low]
+    assert [ends.split(" to ")[0] for _, ends in labels] == [f"{value:.5g}" for value in low]
     drawn = {line.get_label(): line.get_ydata() for line in lines.get_lines()}
     best = drawn["best-mean, sum"]
     assert best[0] == 0.0

@@ -507,13 +507,13 @@ class Front(Tabled):
         labels = self.robust.objective_labels
         ends = zip(labels, low, high, strict=True)
         return plot.parallel_coordinates(
-            [f"{label}\n{least:.4g} to {largest:.4g}" for label, least, largest in ends],
+            [f"{label}\n{least:.5g} to {largest:.5g}" for label, least, largest in ends],
             shown,
             np.stack([low, high]),
             shown[:, 0],
             marks,
             value_label=labels[0],
-            share_label="from least to largest of the front [%]",
+            share_label="share of the range [%]",
         )
 
     def convergence_picture(self) -> Any:

@@ -198,6 +198,9 @@ def fronts(
 _LINES = 300
 """From twice this number of designs on, lines are thinned to about this number, evenly."""
 
+_LEVEL = 5
+"""Names that have room beside each other below an axis, and marks in one row of a legend."""
+
 
 def parallel_coordinates(
     names: Sequence[str],
@@ -246,8 +249,12 @@ def parallel_coordinates(
                 markersize=5,
                 label=name,
             )
-        axes.set_xticks(places, names, rotation=35, ha="right", rotation_mode="anchor")
+        if len(names) > _LEVEL:
+            axes.set_xticks(places, names, rotation=35, ha="right", rotation_mode="anchor")
+        else:
+            axes.set_xticks(places, names)
         axes.set_ylabel(share_label)
         figure_of(axes).colorbar(colour, ax=axes, label=value_label, pad=0.02)
-        place_legend(axes, ax, loc="outside upper left", ncols=len(marks))
+        columns = len(marks) if len(marks) <= _LEVEL else 3
+        place_legend(axes, ax, loc="outside upper left", ncols=columns)
         return axes

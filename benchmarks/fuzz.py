@@ -44,8 +44,25 @@ LARGEST_MEMORY, LONGEST, LONGEST_SENTENCE = 2 * 2**30, 60.0, 2000
 FAULTS = ("traceback", "hang", "crash", "half-written")
 NAMES = ("", " ", "$x$", "<b>", '"', "'", ";", "../..", "a\0b", "=1+1", "ü", "x" * 100_000, "nan")
 PATHS = (
-    *("../../../../X", "..", "a/b", "/tmp/X", "a\\\\b", "C:X", "CON", "nul.uff", ".a", "a."),
-    *("NA", "=1+1", "u06", "\\u0410", "a\\u200bb", "Du\\u0308", "x" * 61, "U06-l", "$x$"),
+    "../../../../X",
+    "..",
+    "a/b",
+    "/tmp/X",
+    "a\\\\b",
+    "C:X",
+    "CON",
+    "nul.uff",
+    ".a",
+    "a.",
+    "NA",
+    "=1+1",
+    "u06",
+    "\\u0410",
+    "a\\u200bb",
+    "Du\\u0308",
+    "x" * 61,
+    "U06-l",
+    "$x$",
 )
 """Names that would be another file, another name or nothing on some system."""
 NUMBERS = ("0", "-1", "1e308", "1e-308", "1e999", "nan", "inf", "-0", "1_0", "１", "9" * 5000)

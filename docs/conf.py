@@ -55,7 +55,8 @@ sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",
     "subsection_order": [
-        f"../examples/{subject}" for subject in ("measurement", "mounts", "vehicles", "compressor")
+        f"../examples/{subject}"
+        for subject in ("tutorials", "measurement", "mounts", "vehicles", "compressor")
     ],
     "within_subsection_order": "ExampleTitleSortKey",
     "filename_pattern": r"/\w+\.py$",

@@ -1,13 +1,13 @@
 """Hold the measured parts of a delivery against an acceptance box, or a supplier's sheet.
 
-PARTS is the workbook of deboom report --supplier with its sheet “measured” filled in: parts
-are held against the musts at the states of the sheet, which must be those of the box. Or it is
-a table with one row per part and the columns part, batch, mount, x [N/mm], y [N/mm], z [N/mm]:
-the magnitude of the dynamic stiffness at the condition that the box states; a cell may be empty
-where the box does not limit that axis. With --over-today the columns are ratios to today's
-part, both measured at one state on one machine. Parts nearer to an end of their interval than
---uncertainty are undecided. With --platform, the folder that the box was found for, the levels
-of the cars that get these parts are predicted.
+PARTS is the workbook of deboom report --supplier with its sheet “measured” filled in. Parts are
+then compared with the required intervals at the preload, amplitude and frequency of that workbook,
+which must be those of the box. Or PARTS is a table with one row per part and the columns part,
+batch, mount, x [N/mm], y [N/mm], z [N/mm]: the magnitude of the dynamic stiffness at the condition
+that the box states; a cell may be empty where the box does not limit that axis. With --over-today
+the columns are ratios to today's part, both measured at one state on one machine. Parts nearer to
+an end of their interval than --uncertainty are undecided. With --platform, the folder that the box
+was found for, the levels of the cars that get these parts are predicted.
 
 What comes out: pass, fail or undecided for every part and batch with the reason, Cp and Cpk per
 axis with their lower bounds, against the Cpk that a sheet demands, and the levels of the cars that

@@ -139,178 +139,26 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     """Search, verify and report."""
     with progress_bar("commonality") as progress:
         shared = _shared(model, options, progress)
-    problem, sharing, vehicles = shared.problem, shared.fewest.sharing, model.vehicles
-    price = shared.price(shared.fewest)
-    worst = vehicles[int(np.argmax(price))]
-    n_unshared = len(problem.part_names) * len(vehicles)
-    one_set = float(shared.price(shared.by_count[0]).max())
-    change = float((shared.fewest.levels - shared.today).mean())
-
     limits_in_words = f"{options.allowed:g} dB above what mounts of its own would give it"
     if options.limits is not None:
         limits_in_words = f"the limits of {options.limits.name}"
     report = Report(
         "Mounts that vehicles can share",
-        f"How few mount part numbers serve {len(vehicles)} vehicles, if {options.share:.0%} "
+        f"How few mount part numbers serve {len(model.vehicles)} vehicles, if {options.share:.0%} "
         f"of the cars of each are to keep {limits_in_words}?",
     )
     report.explain("booming noise", "SPLV", "stiffness factor", "tolerance")
-    n_set = len(problem.part_names)
-    report.tile(
-        f"{sharing.total}",
-        f"part numbers; one set for all is {n_set}, one per vehicle {n_unshared}",
-    )
-    report.tile(f"{signed(float(price.mean()), 1)} dB", "mean price of sharing")
-    report.tile(f"{signed(float(price.max()), 1)} dB", f"for {worst}, the worst")
-    report.tile(f"{signed(change, 1)} dB", "mean change against today")
-    short = [
-        f"{name} ({PERCENT * share:.1f} %)"
-        for name, share in zip(vehicles, shared.shares, strict=True)
-        if share < options.share
-    ]
-    if short:
-        report.warn(
-            f"New draws find fewer than {options.share:.0%} of the cars within the limit: "
-            f"{', '.join(short)}: no search found a sharing that keeps it; ask for a lower --share "
-            "or a wider --allowed."
-        )
+    _tiles(report, shared, options)
     report.warn(*motion_report(model.index, shared.fewest.designs).warnings)
-    report.summary |= {
-        "part_numbers_min": sharing.total,
-        "part_numbers_lower_bound": shared.lower_bound,
-        "part_numbers_own": n_unshared,
-        "price_db": float(price.mean()),
-        "price_worst_db": float(price.max()),
-        "price_worst_vehicle": worst,
-        "one_set_price_worst_db": one_set,
-        "change_db_per_line_mean": change,
-        "share_verified_min": float(shared.shares.min()),
-    }
-    if shared.by_group is not None:
-        report.summary["group_sets_part_numbers"] = shared.by_group.sharing.total
-        dearest = float(shared.price(shared.by_group).max())
-        report.summary["group_sets_price_worst_db"] = dearest
+    report.summary |= _summary(shared)
     report.facts["kernel"] = model.index.kernel
     report.inputs += model.runs.platform.input_files
     if options.limits is not None:
         report.inputs.append(options.limits)
-
-    bound, total = shared.lower_bound, sharing.total
-    proof = (
-        f"With fewer than {bound} part numbers some vehicle misses its limit, whatever their "
-        "stiffness; that rests on the best stiffness of descents from several starts."
-    )
-    if total > bound:
-        proof += f" Between {bound} and {total} the search found no sharing that keeps all limits."
-    report.section(
-        "Which vehicle has which mount",
-        f"{proof} A letter is a part number of the mount in that column; vehicles with "
-        "one letter share it in all directions.",
-    )
-    lettered = [[get_column_letter(n + 1) for n in column] for column in sharing.numbers.T]
-    parts = pd.DataFrame(lettered, columns=list(problem.part_names))
-    parts.insert(0, "vehicle", list(vehicles))
-    report.answer(
-        f"{total} part numbers serve all {len(vehicles)} vehicles (one set for all would be "
-        f"{n_set}, one per vehicle {n_unshared}): sharing costs {float(price.mean()):.1f} dB on "
-        f"average and {float(price.max()):.1f} dB in {worst}, the worst.",
-        f"Against today's mounts the mean level changes by {signed(change, 1)} dB; "
-        f"{PERCENT * float(shared.shares.min()):.0f} % or more of the cars of every vehicle keep "
-        f"{limits_in_words}. One set for all would cost the worst vehicle {one_set:.1f} dB.",
-        abbreviations(model.runs.platform.mounts),
-    )
-    each = parts.assign(
-        **{
-            "today [dB(A)]": shared.today,
-            "shared [dB(A)]": shared.fewest.levels,
-            "change [dB]": shared.fewest.levels - shared.today,
-            "price of sharing [dB]": price,
-            "cars in limit [%]": PERCENT * shared.shares,
-        }
-    )
-    shown = np.sort(np.argsort(-price, kind="stable")[:MOST_VEHICLES])
-    report.panel(
-        "Each vehicle",
-        Table(each.iloc[shown], "", {"change [dB]": 1, "price of sharing [dB]": 2}),
-        "A letter is a part number of the mount in that column; vehicles with one letter share it."
-        + ("" if len(shown) == len(vehicles) else f" The {len(shown)} that pay most."),
-        wide=True,
-    )
-    worth = _counts(shared, n_unshared).iloc[:, [0, -4, -3, -2]]
-    report.panel(
-        "What each count costs", Table(worth, "", {str(c): 1 for c in worth.columns[[1, 3]]})
-    )
-    run_of = run_name(context, "commonality")
-    report.panel(
-        "What to do next",
-        Step(f"deboom report FRONT --supplier --sharing {run_of}", "sheets with shared numbers"),
-        Step("deboom run commonality --allowed 1", "let sharing cost more"),
-        Step("deboom run commonality --limits FILE", "state each vehicle's limit"),
-    )
-    report.table("sharing", parts, "Part number of each mount in each vehicle.")
-    report.table(
-        "part_numbers",
-        _part_numbers(shared),
-        "Values of the part numbers; a direction without a number is heard by no "
-        "vehicle, any stiffness within the bounds serves.",
-        {"stiffness factor [1]": 3},
-    )
-
-    report.section(
-        "What sharing costs",
-        "A vehicle with mounts of its own is the zero line. One set for all vehicles costs "
-        f"the worst of them {one_set:.2f} dB per line; every further part number buys some "
-        "of it back. Counts that buy nothing are left out.",
-    )
-    counts = np.array([by_total.sharing.total for by_total in shared.by_count], dtype=float)
-    prices = [
-        price if by_total.sharing.total == total else shared.price(by_total)
-        for by_total in shared.by_count
-    ]
-    marks = {}
-    if shared.by_group is not None:
-        sets = float(shared.by_group.sharing.total)
-        marks["one set per group, worst vehicle"] = (sets, dearest)
-    report.figure(
-        "price",
-        lambda: plot.fronts(
-            {
-                "worst vehicle": (counts, np.array([values.max() for values in prices])),
-                "mean of the vehicles": (counts, np.array([values.mean() for values in prices])),
-            },
-            {},
-            marks,
-            mean_label="mount part numbers in all",
-            sigma_label="level above mounts of its own [dB]",
-        ),
-        f"Price against part numbers; {total} keep every limit.",
-    )
-    report.table(
-        "counts",
-        _counts(shared, n_unshared),
-        f"Best sharing found for each count, with values that keep the worst vehicle low; those "
-        f"of the chosen {total} were moved until all vehicles together are as quiet as their "
-        "limits allow. The excess is beyond the limit, negative where room is left.",
-    )
-    table = {
-        "vehicle": vehicles,
-        "today [dB(A)]": shared.today,
-        "own mounts [dB(A)]": shared.optima.levels,
-        "shared mounts [dB(A)]": shared.fewest.levels,
-        "limit as drawn [dB(A)]": problem.limits,
-        "margin for scatter [dB]": shared.margin,
-        "price of sharing [dB]": price,
-        "change against today [dB]": shared.fewest.levels - shared.today,
-        "cars within the limit [%]": PERCENT * shared.shares,
-    }
-    report.table(
-        "vehicles",
-        pd.DataFrame(table),
-        "Mean level of the lines, each with the energy that scatter adds: a notch "
-        "that no made part has is no gain. The limit is that of a car as drawn: "
-        "the margin between it and the asked share of cars as made is taken off. "
-        "The last column counts cars with draws of its own.",
-    )
+    _answer(report, shared, limits_in_words, abbreviations(model.runs.platform.mounts))
+    _panels(report, shared, run_name(context, "commonality"))
+    _sharing_section(report, shared)
+    _price_section(report, shared)
     report_runs(report, model.runs)
     return report
 
@@ -333,6 +181,45 @@ class _Shared:
     def price(self, design: SharedDesign) -> RealArray:
         """Return what sharing costs each vehicle against mounts of its own, shape (v,) [dB]."""
         return np.asarray(design.levels - self.optima.levels)
+
+    @property
+    def price_of_fewest(self) -> RealArray:
+        """What the fewest part numbers cost each vehicle, shape (v,) [dB]."""
+        return self.price(self.fewest)
+
+    @property
+    def change(self) -> RealArray:
+        """What they change against today's mounts, shape (v,) [dB]."""
+        return np.asarray(self.fewest.levels - self.today)
+
+    @property
+    def dearest(self) -> str:
+        """The vehicle that pays most."""
+        return self.problem.vehicles[int(np.argmax(self.price_of_fewest))]
+
+    @property
+    def one_set_price(self) -> float:
+        """What one set for all costs the vehicle that pays most [dB]."""
+        return float(self.price(self.by_count[0]).max())
+
+    @property
+    def n_set(self) -> int:
+        """Part numbers of one set."""
+        return len(self.problem.part_names)
+
+    @property
+    def n_unshared(self) -> int:
+        """Part numbers if nothing is shared."""
+        return self.n_set * len(self.problem.vehicles)
+
+    @property
+    def letters(self) -> pd.DataFrame:
+        """A letter for the part number of each mount in each vehicle."""
+        numbers = self.fewest.sharing.numbers.T
+        lettered = [[get_column_letter(number + 1) for number in column] for column in numbers]
+        table = pd.DataFrame(lettered, columns=list(self.problem.part_names))
+        table.insert(0, "vehicle", list(self.problem.vehicles))
+        return table
 
 
 def _shared(model: Model, options: Options, progress: Progress) -> _Shared:
@@ -380,16 +267,195 @@ def _shared(model: Model, options: Options, progress: Progress) -> _Shared:
     today = np.asarray(responses(problem.evaluate, problem.space.nominal[np.newaxis])[0])
     progress(3, 3, "done")
     return _Shared(
-        problem,
-        optima,
-        sharing.fewest,
-        sharing.by_count,
-        sharing.lower_bound,
-        by_group,
-        margin,
-        kept,
-        silent,
-        today,
+        problem=problem,
+        optima=optima,
+        fewest=sharing.fewest,
+        by_count=sharing.by_count,
+        lower_bound=sharing.lower_bound,
+        by_group=by_group,
+        margin=margin,
+        shares=kept,
+        silent=silent,
+        today=today,
+    )
+
+
+def _tiles(report: Report, shared: _Shared, options: Options) -> None:
+    """Show the count and its price; warn of vehicles that new draws find short."""
+    price = shared.price_of_fewest
+    report.tile(
+        f"{shared.fewest.sharing.total}",
+        f"part numbers; one set for all is {shared.n_set}, one per vehicle {shared.n_unshared}",
+    )
+    report.tile(f"{signed(float(price.mean()), 1)} dB", "mean price of sharing")
+    report.tile(f"{signed(float(price.max()), 1)} dB", f"for {shared.dearest}, the worst")
+    report.tile(f"{signed(float(shared.change.mean()), 1)} dB", "mean change against today")
+    short = [
+        f"{name} ({PERCENT * share:.1f} %)"
+        for name, share in zip(shared.problem.vehicles, shared.shares, strict=True)
+        if share < options.share
+    ]
+    if short:
+        report.warn(
+            f"New draws find fewer than {options.share:.0%} of the cars within the limit: "
+            f"{', '.join(short)}: no search found a sharing that keeps it; ask for a lower --share "
+            "or a wider --allowed."
+        )
+
+
+def _summary(shared: _Shared) -> dict[str, Any]:
+    """Return the numbers of summary.json."""
+    price = shared.price_of_fewest
+    summary = {
+        "part_numbers_min": shared.fewest.sharing.total,
+        "part_numbers_lower_bound": shared.lower_bound,
+        "part_numbers_own": shared.n_unshared,
+        "price_db": float(price.mean()),
+        "price_worst_db": float(price.max()),
+        "price_worst_vehicle": shared.dearest,
+        "one_set_price_worst_db": shared.one_set_price,
+        "change_db_per_line_mean": float(shared.change.mean()),
+        "share_verified_min": float(shared.shares.min()),
+    }
+    if shared.by_group is not None:
+        summary["group_sets_part_numbers"] = shared.by_group.sharing.total
+        summary["group_sets_price_worst_db"] = float(shared.price(shared.by_group).max())
+    return summary
+
+
+def _answer(report: Report, shared: _Shared, limits_in_words: str, names: str) -> None:
+    """Say how many part numbers serve all vehicles, and at which price."""
+    price = shared.price_of_fewest
+    report.answer(
+        f"{shared.fewest.sharing.total} part numbers serve all {len(shared.problem.vehicles)} "
+        f"vehicles (one set for all would be {shared.n_set}, one per vehicle "
+        f"{shared.n_unshared}): sharing costs {float(price.mean()):.1f} dB on average and "
+        f"{float(price.max()):.1f} dB in {shared.dearest}, the worst.",
+        f"Against today's mounts the mean level changes by "
+        f"{signed(float(shared.change.mean()), 1)} dB; "
+        f"{PERCENT * float(shared.shares.min()):.0f} % or more of the cars of every vehicle keep "
+        f"{limits_in_words}. One set for all would cost the worst vehicle "
+        f"{shared.one_set_price:.1f} dB.",
+        names,
+    )
+
+
+def _panels(report: Report, shared: _Shared, name_of_run: str) -> None:
+    """Show each vehicle, what each count costs, and what to do next."""
+    price, n_vehicles = shared.price_of_fewest, len(shared.problem.vehicles)
+    each = shared.letters.assign(
+        **{
+            "today [dB(A)]": shared.today,
+            "shared [dB(A)]": shared.fewest.levels,
+            "change [dB]": shared.change,
+            "price of sharing [dB]": price,
+            "cars in limit [%]": PERCENT * shared.shares,
+        }
+    )
+    shown = np.sort(np.argsort(-price, kind="stable")[:MOST_VEHICLES])
+    report.panel(
+        "Each vehicle",
+        Table(each.iloc[shown], "", {"change [dB]": 1, "price of sharing [dB]": 2}),
+        "A letter is a part number of the mount in that column; vehicles with one letter share it."
+        + ("" if len(shown) == n_vehicles else f" The {len(shown)} that pay most."),
+        wide=True,
+    )
+    worth = _counts(shared).iloc[:, [0, -4, -3, -2]]
+    report.panel(
+        "What each count costs", Table(worth, "", {str(c): 1 for c in worth.columns[[1, 3]]})
+    )
+    report.panel(
+        "What to do next",
+        Step(
+            f"deboom report FRONT --supplier --sharing {name_of_run}", "sheets with shared numbers"
+        ),
+        Step("deboom run commonality --allowed 1", "let sharing cost more"),
+        Step("deboom run commonality --limits FILE", "state each vehicle's limit"),
+    )
+
+
+def _sharing_section(report: Report, shared: _Shared) -> None:
+    """List which vehicle has which mount, and the stiffness of each part number."""
+    bound, total = shared.lower_bound, shared.fewest.sharing.total
+    proof = (
+        f"With fewer than {bound} part numbers some vehicle misses its limit, whatever their "
+        "stiffness; that rests on the best stiffness of descents from several starts."
+    )
+    if total > bound:
+        proof += f" Between {bound} and {total} the search found no sharing that keeps all limits."
+    report.section(
+        "Which vehicle has which mount",
+        f"{proof} A letter is a part number of the mount in that column; vehicles with "
+        "one letter share it in all directions.",
+    )
+    report.table("sharing", shared.letters, "Part number of each mount in each vehicle.")
+    report.table(
+        "part_numbers",
+        _part_numbers(shared),
+        "Values of the part numbers; a direction without a number is heard by no "
+        "vehicle, any stiffness within the bounds serves.",
+        {"stiffness factor [1]": 3},
+    )
+
+
+def _price_section(report: Report, shared: _Shared) -> None:
+    """Draw the price over the count of part numbers, and list it by count and by vehicle."""
+    report.section(
+        "What sharing costs",
+        "A vehicle with mounts of its own is the zero line. One set for all vehicles costs "
+        f"the worst of them {shared.one_set_price:.2f} dB per line; every further part number "
+        "buys some of it back. Counts that buy nothing are left out.",
+    )
+    total = shared.fewest.sharing.total
+    counts = np.array([design.sharing.total for design in shared.by_count], dtype=float)
+    prices = [
+        shared.price_of_fewest if design.sharing.total == total else shared.price(design)
+        for design in shared.by_count
+    ]
+    marks = {}
+    if shared.by_group is not None:
+        dearest = float(shared.price(shared.by_group).max())
+        n_numbers = float(shared.by_group.sharing.total)
+        marks["one set per group, worst vehicle"] = (n_numbers, dearest)
+    report.figure(
+        "price",
+        lambda: plot.fronts(
+            {
+                "worst vehicle": (counts, np.array([values.max() for values in prices])),
+                "mean of the vehicles": (counts, np.array([values.mean() for values in prices])),
+            },
+            {},
+            marks,
+            mean_label="mount part numbers in all",
+            sigma_label="level above mounts of its own [dB]",
+        ),
+        f"Price against part numbers; {total} keep every limit.",
+    )
+    report.table(
+        "counts",
+        _counts(shared),
+        f"Best sharing found for each count, with values that keep the worst vehicle low; those "
+        f"of the chosen {total} were moved until all vehicles together are as quiet as their "
+        "limits allow. The excess is beyond the limit, negative where room is left.",
+    )
+    table = {
+        "vehicle": shared.problem.vehicles,
+        "today [dB(A)]": shared.today,
+        "own mounts [dB(A)]": shared.optima.levels,
+        "shared mounts [dB(A)]": shared.fewest.levels,
+        "limit as drawn [dB(A)]": shared.problem.limits,
+        "margin for scatter [dB]": shared.margin,
+        "price of sharing [dB]": shared.price_of_fewest,
+        "change against today [dB]": shared.change,
+        "cars within the limit [%]": PERCENT * shared.shares,
+    }
+    report.table(
+        "vehicles",
+        pd.DataFrame(table),
+        "Mean level of the lines, each with the energy that scatter adds: a notch "
+        "that no made part has is no gain. The limit is that of a car as drawn: "
+        "the margin between it and the asked share of cars as made is taken off. "
+        "The last column counts cars with draws of its own.",
     )
 
 
@@ -414,7 +480,7 @@ def _part_numbers(shared: _Shared) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _counts(shared: _Shared, n_unshared: int) -> pd.DataFrame:
+def _counts(shared: _Shared) -> pd.DataFrame:
     """Tabulate every count of part numbers that is worth its numbers, and what it compares with."""
     problem = shared.problem
     chosen = shared.fewest.sharing.total
@@ -443,7 +509,7 @@ def _counts(shared: _Shared, n_unshared: int) -> pd.DataFrame:
         )
     rows.append(
         {
-            "part numbers": f"{n_unshared}, every vehicle its own",
+            "part numbers": f"{shared.n_unshared}, every vehicle its own",
             **{f"of {mount}": len(problem.vehicles) for mount in problem.part_names},
             "worst price [dB]": 0.0,
             "mean price [dB]": 0.0,

@@ -192,6 +192,7 @@ def reported(measured: Measured, seconds: float) -> Report:
     report.explain("SPL", "noise transfer function", "blocked force", "virtual point")
     report.inputs += measured.inputs
     report.warn(*result.doubts)
+    report.assume(*test.assumed)
     report.summary |= _summary(measured, seconds)
     _headlines(report, measured)
     _procedure(report, result)

@@ -151,6 +151,7 @@ def car_report(
             f"by the hoses of this car at {band_words(HOSE_BAND)}, measured; {beside}{thesis}",
         )
     report.warn(*noise.alarms, *running.source.notices)
+    report.assume(*running.car.assumed)
     report.inputs += inputs
     sweeps = "; ".join(
         f"{sweep.sweep}: {60 * sweep.frequency[0]:.0f}–{60 * sweep.frequency[-1]:.0f} rpm"

@@ -383,6 +383,7 @@ def front_report(view: MountFront, options: Options, limits: DesignLimits, run: 
     report.explain("SPL", "stiffness factor", "dynamic stiffness", "tolerance", "σ")
     report.explain("Pareto front", "sensitivity index", "noise transfer function")
     report.warn(*view.model.alarms)
+    report.assume(*view.model.assumed)
     _tell(report, view)
     _answer(report, view, options, limits, run)
     report.facts["verification_draws"] = view.front.judge.n_samples
@@ -469,47 +470,8 @@ def _answer(
     report: Report, view: MountFront, options: Options, limits: DesignLimits, run: str
 ) -> None:
     """Fill the first screen: which mounts, per car, at which price, how it sounds, what next."""
+    report.answer(*_answer_in_words(view))
     fleet, best = view.fleet, view.best
-    before, after = mean_levels(fleet, best)
-    change = after - before
-    today, build = (view.stiffness(design) for design in (view.front.robust.space.nominal, best))
-    ratio = build / today
-    moves = listed(
-        tuple(f"{name} to {share:.2f}" for name, share in zip(view.names, ratio, strict=True))
-    )
-    loudest = [
-        max(changes, key=lambda peak: peak.level_before)
-        for changes in fleet.peak_changes(best).values()
-        if changes
-    ]
-    falls = sorted(peak.level_after - peak.level_before for peak in loudest)
-    top = (
-        f"each car's loudest peak changes by {signed(falls[0], 1)} to {signed(falls[-1], 1)} dB, "
-        if falls
-        else ""
-    )
-    rise = float(fleet.peak_rise(best[np.newaxis])[0])
-    ruling = ""
-    if Pick.none_louder not in view.front.picks:
-        ruling = (
-            "No design of the front leaves every peak at or below today's; `--peak-rise` "
-            "limits it in the search. "
-        )
-    elif rise > RISEN:
-        kept = fleet.cars(view.front.pick_designs[Pick.none_louder]).levels.mean(axis=0) - before
-        ruling = (
-            "The quietest design without a louder peak is none-louder, "
-            f"{signed(float(kept.mean()), 1)} dB. "
-        )
-    report.answer(
-        f"{moves[0].upper()}{moves[1:]} of today's stiffness: {top}{peaks_sentence(fleet, best)}; "
-        f"{signed(float(change.mean()), 1)} dB on average of what is heard.",
-        f"{ruling}How sure: the model is held against exact cars in docs/validation.md; no "
-        "interval is known for a compressor.",
-        "Averages count lines below the threshold of hearing (ISO 226) as that threshold; "
-        f"peaks count as they are. Stiffness: |K| at {view.model.reference_line:g} Hz. Pressures: "
-        f"{', '.join(view.index.case_names)}.",
-    )
     table = vehicle_table(fleet, best, target=fleet.todays_levels, interval=None, mean=None)
     report.panel(
         "Each car",
@@ -518,24 +480,10 @@ def _answer(
         "mounts as made; target: its car's level of today; P95: 95 % stay below.",
         wide=True,
     )
-    alone = np.where(
-        np.eye(len(best), dtype=bool)[view.chosen], best, view.front.robust.space.nominal
-    )
-    gains = (fleet.mean_levels(alone) - fleet.todays_levels).mean(axis=1)
-    parts = pd.DataFrame(
-        {
-            "stiffness": list(view.names),
-            "of today's [1]": ratio,
-            "build [N/mm]": build,
-            "today [N/mm]": today,
-            "alone [dB]": gains,
-            "share of the variance [%]": PERCENT * view.sobol.total.mean(axis=1),
-        }
-    )
     decimals = {"of today's [1]": 2, "build [N/mm]": 1, "today [N/mm]": 1, "alone [dB]": 1}
     report.panel(
         "Mounts to change",
-        Table(parts, "", decimals | {"share of the variance [%]": 0}),
+        Table(_mounts_to_change(view), "", decimals | {"share of the variance [%]": 0}),
         f"Tolerance ±{PERCENT * options.tolerance:.0f} %, places ±{options.place_tolerance:g} mm.",
         wide=True,
     )
@@ -566,6 +514,76 @@ def _answer(
         Step("deboom run compressor_robust_front --reach 0.6", "let stiffness go further"),
         Step("deboom run compressor_robust_front --travel 1.5", "let mounts travel further"),
         Step(f"deboom report {run} --supplier", "the sheet for whoever makes the mounts"),
+    )
+
+
+def _todays_and_new_stiffness(view: MountFront) -> tuple[RealArray, RealArray]:
+    """Return the stiffness of each variable today and of the chosen design [N/mm]."""
+    return view.stiffness(view.front.robust.space.nominal), view.stiffness(view.best)
+
+
+def _answer_in_words(view: MountFront) -> tuple[str, str, str]:
+    """Return which stiffness changes by how much, how sure that is, and how levels count."""
+    fleet, best = view.fleet, view.best
+    before, after = mean_levels(fleet, best)
+    today, build = _todays_and_new_stiffness(view)
+    moves = listed(
+        tuple(
+            f"{name} to {share:.2f}" for name, share in zip(view.names, build / today, strict=True)
+        )
+    )
+    loudest = [
+        max(changes, key=lambda peak: peak.level_before)
+        for changes in fleet.peak_changes(best).values()
+        if changes
+    ]
+    falls = sorted(peak.level_after - peak.level_before for peak in loudest)
+    top = (
+        f"each car's loudest peak changes by {signed(falls[0], 1)} to {signed(falls[-1], 1)} dB, "
+        if falls
+        else ""
+    )
+    change = signed(float((after - before).mean()), 1)
+    return (
+        f"{moves[0].upper()}{moves[1:]} of today's stiffness: {top}{peaks_sentence(fleet, best)}; "
+        f"{change} dB on average of what is heard.",
+        f"{_louder_peak(view, before)}How sure: the model is held against exact cars in "
+        "docs/validation.md; no interval is known for a compressor.",
+        "Averages count lines below the threshold of hearing (ISO 226) as that threshold; "
+        f"peaks count as they are. Stiffness: |K| at {view.model.reference_line:g} Hz. Pressures: "
+        f"{', '.join(view.index.case_names)}.",
+    )
+
+
+def _louder_peak(view: MountFront, before: RealArray) -> str:
+    """Say which design has no louder peak, if the chosen one has; `before`: today's levels [dB]."""
+    if Pick.none_louder not in view.front.picks:
+        return (
+            "No design of the front leaves every peak at or below today's; `--peak-rise` "
+            "limits it in the search. "
+        )
+    if float(view.fleet.peak_rise(view.best[np.newaxis])[0]) <= RISEN:
+        return ""
+    design = view.front.pick_designs[Pick.none_louder]
+    change = float((view.fleet.cars(design).levels.mean(axis=0) - before).mean())
+    return f"The quietest design without a louder peak is none-louder, {signed(change, 1)} dB. "
+
+
+def _mounts_to_change(view: MountFront) -> pd.DataFrame:
+    """Tabulate each stiffness today and as chosen, what it brings alone, and its share."""
+    best, nominal = view.best, view.front.robust.space.nominal
+    today, build = _todays_and_new_stiffness(view)
+    alone = np.where(np.eye(len(best), dtype=bool)[view.chosen], best, nominal)
+    gains = (view.fleet.mean_levels(alone) - view.fleet.todays_levels).mean(axis=1)
+    return pd.DataFrame(
+        {
+            "stiffness": list(view.names),
+            "of today's [1]": build / today,
+            "build [N/mm]": build,
+            "today [N/mm]": today,
+            "alone [dB]": gains,
+            "share of the variance [%]": PERCENT * view.sobol.total.mean(axis=1),
+        }
     )
 
 

@@ -170,6 +170,7 @@ def free_body_report(model: Model, options: Options) -> Report:
     report.tile(f"{free.body.mass:.3f} ± {free.deviation[0]:.2g} kg", "mass, 1 σ")
     low, high = free.band
     report.tile(f"{low:g}–{high:g} Hz", "lines of the fit")
+    report.assume(*test.assumed)
     if weighed is None:
         report.warn("Not weighed: a gain that all channels share looks like mass. Weigh it.")
     report.summary |= {

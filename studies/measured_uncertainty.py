@@ -158,15 +158,8 @@ def prepare(options: Options) -> Model:
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Choose designs, draw the measurements again and report."""
     designs = _designs(model, options, context)
-    repeated = _measure_again(model, designs, options)
-    design = next(name for name in designs if name != TODAY)
-    place = list(designs).index(design)
-    level, change = repeated.mean_level, repeated.mean_change
-    sources, following = _source_table(repeated, design), _next_table(repeated, design)
-    nearest, gain = _best_next(following, HERE)
-    scope = SERIES if f"{SERIES}, ± [dB]" in following else HERE
-    nearest_of_series, gain_of_series = _best_next(following, scope)
-
+    answer = _answered(_measure_again(model, designs, options), designs)
+    repeated = answer.repeated
     report = Report(
         "How surely we know what the mounts bring",
         "With the errors of all measurements: how sure are levels and changes in "
@@ -182,60 +175,10 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     report.inputs += model.inputs
     report.facts |= {"kernel": repeated.index.kernel, "draws": options.draws}
-    report.tile(
-        f"{signed(float(change.value[place]), 2)} ± {change.half_width[place]:.2f} dB",
-        f"change of the mean level, {design}",
-    )
-    report.tile(f"{level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A)", "mean level, today's")
-    report.tile(f"{100 * repeated.quieter[place]:.0f} %", f"{design} is quieter than today's")
-    half, series = float(change.half_width[place]), _half_width(following, scope)
-    enough = half < NOTICEABLE
-    if enough:
-        report.tile("nothing", f"to be measured for these vehicles: ±{half:.2f} dB is not heard")
-    else:
-        report.tile(f"−{gain:.0f} %", f"of the change's interval by: {nearest}")
-    next_measurement = (
-        f"nothing needs to be measured for these vehicles (±{half:.2f} dB is not heard)"
-        if enough
-        else f"next measure: {nearest}, {gain:.0f} % narrower"
-    )
-    report.answer(
-        f"{design} changes the mean level by {signed(float(change.value[place]), 1)} ± "
-        f"{half:.2f} dB in these vehicles (90 %); {next_measurement}.",
-        f"For any vehicle and load case of the group: ± {series:.1f} dB; next measure: "
-        f"{nearest_of_series}, {gain_of_series:.0f} % narrower."
-        if scope == SERIES
-        else "",
-        f"Errors of measurement alone; what the model leaves out stands on the page of the front. "
-        f"Today's mean level: {level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A).",
-    )
-    changes = repeated.interval(lambda drawn: _change(drawn.level))
-    levels = repeated.interval(lambda drawn: drawn.level)
-    each = pd.DataFrame(
-        {
-            "vehicle": list(repeated.vehicles),
-            "today [dB(A)]": levels.value[0],
-            "± [dB]": levels.half_width[0],
-            "change [dB]": changes.value[place],
-            "from [dB]": changes.lower[place],
-            "to [dB]": changes.upper[place],
-        }
-    )
-    decimals = {"± [dB]": 1, "change [dB]": 1, "from [dB]": 1, "to [dB]": 1}
-    report.panel("Each vehicle", Table(each, "", decimals), "90 % intervals.", wide=True)
-    report.panel(
-        "What to measure next",
-        Table(
-            following[["measurement", f"{scope}, ± [dB]"]].head(MOST_NEXT),
-            "",
-            {f"{scope}, ± [dB]": 2},
-        ),
-    )
-    report.panel(
-        "What to do next",
-        Step("deboom run measured_uncertainty --vehicle FOLDER", "errors from your own vehicles"),
-        Step("deboom run measured_uncertainty --front RUN", "for the picks of a front"),
-    )
+    _tiles(report, answer)
+    report.answer(*_answer_in_words(answer))
+    _panels(report, answer)
+    sources = answer.sources
     priors = sources.loc[sources["from"] == PRIOR, "source"]
     report.warn(
         f"Stated, not measured: {', '.join(priors)}. Measure some vehicles in two ways "
@@ -244,32 +187,162 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         else "",
         *motion_report(repeated.index, repeated.rows[:1]).warnings,
     )
-    report.summary |= {
-        "level_db": float(level.value[0]),
-        "level_half_width_db": float(level.half_width[0]),
-        "change_db": float(change.value[place]),
-        "change_lower_db": float(change.lower[place]),
-        "change_upper_db": float(change.upper[place]),
-        "change_half_width_db": float(change.half_width[place]),
-        "probability_quieter": float(repeated.quieter[place]),
-        "next_measurement": nearest,
-        "next_narrower_percent": gain,
-        "next_measurement_series": nearest_of_series,
-        "next_narrower_percent_series": gain_of_series,
-    }
-    of_vehicles = repeated.interval(lambda drawn: _change(drawn.level)).half_width[place]
-    for vehicle, half in zip(repeated.vehicles, of_vehicles, strict=True):
-        report.summary[f"change_half_width_db_{vehicle}"] = float(half)
-
+    report.summary |= _summary(answer)
     _levels(report, repeated)
     report.section(
         "Where it comes from",
-        f"Each source alone; the change is that of {design}, mean of the vehicles.",
+        f"Each source alone; the change is that of {answer.design}, mean of the vehicles.",
     )
     report.table("sources", sources, "Sources, independent of each other.")
-    _next(report, following)
+    _next(report, answer.following)
     report_runs(report, model.runs)
     return report
+
+
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """How sure level and change are, and what to measure next.
+
+    `row`: of the design among those of `repeated`; `level`, `change`: mean of the vehicles; `scope`
+    is the widest question that can be answered; `nearest` narrows the change of these vehicles by
+    `gain` [%], `nearest_of_scope` that of the scope.
+    """
+
+    repeated: Repeated
+    design: str
+    row: int
+    level: Interval
+    change: Interval
+    sources: pd.DataFrame
+    following: pd.DataFrame
+    scope: str
+    nearest: str
+    gain: float
+    nearest_of_scope: str
+    gain_of_scope: float
+
+    @property
+    def half_width(self) -> float:
+        """Half width of the change's interval [dB]."""
+        return float(self.change.half_width[self.row])
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether nobody hears the half width."""
+        return self.half_width < NOTICEABLE
+
+
+def _answered(repeated: Repeated, designs: Mapping[str, RealArray]) -> _Answer:
+    """Take the first design that is not today's, and ask what narrows its change most."""
+    design = next(name for name in designs if name != TODAY)
+    following = _next_table(repeated, design)
+    scope = SERIES if f"{SERIES}, ± [dB]" in following else HERE
+    nearest, gain = _best_next(following, HERE)
+    nearest_of_scope, gain_of_scope = _best_next(following, scope)
+    return _Answer(
+        repeated=repeated,
+        design=design,
+        row=list(designs).index(design),
+        level=repeated.mean_level,
+        change=repeated.mean_change,
+        sources=_source_table(repeated, design),
+        following=following,
+        scope=scope,
+        nearest=nearest,
+        gain=gain,
+        nearest_of_scope=nearest_of_scope,
+        gain_of_scope=gain_of_scope,
+    )
+
+
+def _tiles(report: Report, answer: _Answer) -> None:
+    """Show change, level and what to measure."""
+    change, level, row, half = answer.change, answer.level, answer.row, answer.half_width
+    report.tile(
+        f"{signed(float(change.value[row]), 2)} ± {half:.2f} dB",
+        f"change of the mean level, {answer.design}",
+    )
+    report.tile(f"{level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A)", "mean level, today's")
+    quieter = PERCENT * answer.repeated.quieter[row]
+    report.tile(f"{quieter:.0f} %", f"{answer.design} is quieter than today's")
+    if answer.is_sure:
+        report.tile("nothing", f"to be measured for these vehicles: ±{half:.2f} dB is not heard")
+    else:
+        report.tile(f"−{answer.gain:.0f} %", f"of the change's interval by: {answer.nearest}")
+
+
+def _answer_in_words(answer: _Answer) -> tuple[str, str, str]:
+    """Return the answer for these vehicles, for any vehicle, and what it leaves out."""
+    level, half = answer.level, answer.half_width
+    change = signed(float(answer.change.value[answer.row]), 1)
+    next_measurement = (
+        f"nothing needs to be measured for these vehicles (±{half:.2f} dB is not heard)"
+        if answer.is_sure
+        else f"next measure: {answer.nearest}, {answer.gain:.0f} % narrower"
+    )
+    for_any = (
+        "For any vehicle and load case of the group: "
+        f"± {_half_width(answer.following, answer.scope):.1f} dB; next measure: "
+        f"{answer.nearest_of_scope}, {answer.gain_of_scope:.0f} % narrower."
+        if answer.scope == SERIES
+        else ""
+    )
+    return (
+        f"{answer.design} changes the mean level by {change} ± {half:.2f} dB in these vehicles "
+        f"(90 %); {next_measurement}.",
+        for_any,
+        f"Errors of measurement alone; what the model leaves out stands on the page of the front. "
+        f"Today's mean level: {level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A).",
+    )
+
+
+def _panels(report: Report, answer: _Answer) -> None:
+    """Show each vehicle, what to measure next and what to do next."""
+    repeated, row = answer.repeated, answer.row
+    changes = repeated.interval(lambda drawn: _change(drawn.level))
+    levels = repeated.interval(lambda drawn: drawn.level)
+    each = pd.DataFrame(
+        {
+            "vehicle": list(repeated.vehicles),
+            "today [dB(A)]": levels.value[0],
+            "± [dB]": levels.half_width[0],
+            "change [dB]": changes.value[row],
+            "from [dB]": changes.lower[row],
+            "to [dB]": changes.upper[row],
+        }
+    )
+    decimals = {"± [dB]": 1, "change [dB]": 1, "from [dB]": 1, "to [dB]": 1}
+    report.panel("Each vehicle", Table(each, "", decimals), "90 % intervals.", wide=True)
+    half_width = f"{answer.scope}, ± [dB]"
+    following = answer.following[["measurement", half_width]].head(MOST_NEXT)
+    report.panel("What to measure next", Table(following, "", {half_width: 2}))
+    report.panel(
+        "What to do next",
+        Step("deboom run measured_uncertainty --vehicle FOLDER", "errors from your own vehicles"),
+        Step("deboom run measured_uncertainty --front RUN", "for the picks of a front"),
+    )
+
+
+def _summary(answer: _Answer) -> dict[str, Any]:
+    """Return the numbers of summary.json."""
+    repeated, level, change, row = answer.repeated, answer.level, answer.change, answer.row
+    summary = {
+        "level_db": float(level.value[0]),
+        "level_half_width_db": float(level.half_width[0]),
+        "change_db": float(change.value[row]),
+        "change_lower_db": float(change.lower[row]),
+        "change_upper_db": float(change.upper[row]),
+        "change_half_width_db": answer.half_width,
+        "probability_quieter": float(repeated.quieter[row]),
+        "next_measurement": answer.nearest,
+        "next_narrower_percent": answer.gain,
+        "next_measurement_series": answer.nearest_of_scope,
+        "next_narrower_percent_series": answer.gain_of_scope,
+    }
+    of_vehicles = repeated.interval(lambda drawn: _change(drawn.level)).half_width[row]
+    for vehicle, half in zip(repeated.vehicles, of_vehicles, strict=True):
+        summary[f"change_half_width_db_{vehicle}"] = float(half)
+    return summary
 
 
 def measured_transfer(

@@ -132,6 +132,7 @@ def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ..
         else "",
         *result.alarms,
     )
+    report.assume(*result.campaign.assumed)
     report.summary |= _summary(first, numbers)
     uncertainty = uncertainty_table(numbers)
     maps = usable_maps(first)

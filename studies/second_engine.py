@@ -197,6 +197,7 @@ class SecondEngine:
     seconds: float
     first_files: tuple[Path, ...] = ()
     alarms: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
 
     def mount_of(self, name: str) -> CharacterisedMount:
         """Return the mount of a direction."""
@@ -349,6 +350,7 @@ def _second_engine(
         truth=truth,
         seconds=seconds,
         alarms=tuple(alarms),
+        assumed=campaign.assumed,
     )
 
 
@@ -436,6 +438,7 @@ def append_second_engine(report: Report, first: SecondEngine) -> None:
     identified = forces[forces["identified"] == "identified"]
     report.summary |= _second_summary(first, numbers)
     report.warn(*first.alarms)
+    report.assume(*first.assumed)
     if len(identified):
         report.tile(
             f"{identified['rms error of F [%]'].median():.1f} %",

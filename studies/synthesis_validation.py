@@ -136,6 +136,7 @@ def run(model: DrivenVehicles, options: Options, context: RunContext | None = No
         "noise transfer function",
     )
     report.inputs += model.input_files
+    report.assume(*model.campaign.assumed)
     _report_all(report, validate(model, Listening(options.ear, options.band)))
     return report
 

@@ -30,7 +30,7 @@ from deboom.errors import InputError
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
-from deboom.explore.tolerance_allocation import Allocator, ToleranceEffect
+from deboom.explore.tolerance_allocation import Allocation, Allocator, ToleranceEffect
 from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_report, report_runs
 from deboom.report import Report, Step, Table
@@ -38,6 +38,7 @@ from deboom.runs.made_parts import (
     MadeParts,
     ScatterOptions,
     ToleranceTask,
+    Verified,
     report_parts,
     target_limits,
     tolerance_cost,
@@ -124,15 +125,96 @@ def prepare(options: Options) -> Model:
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Choose the design, allocate its tolerances, verify and report."""
     design = _chosen(model, options, context)
+    sets = _allocated(model, options, design)
+    report = Report(
+        "Cheapest tolerances of a design",
+        f"How wide may each direction of the mounts scatter, so that {_goal(sets, options)} in "
+        f"{', '.join(sets.index.response_names)}, at the least cost? The design is "
+        f"{options.design_name} of its front.",
+    )
+    report.explain("booming noise", "SPLV", "stiffness factor", "tolerance", "σ", "Pareto front")
+    _answer(report, sets, options, abbreviations(model.platform.mounts))
+    _panels(report, sets, run_name(context, "tolerance_allocation"))
+    report.warn(
+        "The price of a tolerance is an assumption unless you bring your own: by default "
+        "every direction costs 1 at ±15 % and twice as much at half the width. Ratios of "
+        "costs hold for prices without a fixed part.",
+        *motion_report(sets.index, design[np.newaxis]).warnings,
+    )
+    report.summary |= _summary(sets, options)
+    _allocation_section(report, sets)
+    _verification_section(report, sets)
+    report.facts |= {
+        "kernel": sets.index.kernel,
+        "allocation_draws": options.scatter.samples,
+        "verification_draws": DRAWS,
+    }
+    report.inputs += [*model.inputs, *((options.cost_table,) if options.cost_table else ())]
+    if model.made is not None:
+        report_parts(report, model.made)
+    if model.runs is not None:
+        report_runs(report, model.runs)
+    return report
+
+
+@dataclass(frozen=True, eq=False)
+class _Sets:
+    """Sets of tolerances of one design for one target, and what new draws say of each."""
+
+    index: Any
+    allocator: Allocator
+    per_line: float
+    by_sigma: bool
+    today: Allocation
+    cheapest: Allocation
+    uniform: Allocation
+    uniform_of_effective: Allocation
+    verified: dict[str, Verified]
+
+    @property
+    def named(self) -> dict[str, Allocation]:
+        """The sets that are verified, by the name that tables give them."""
+        return {"today's": self.today, "cheapest": self.cheapest, "uniform": self.uniform}
+
+    @property
+    def ratio(self) -> float:
+        """Cost of the cheapest tolerances over that of one tolerance everywhere [1]."""
+        return self.cheapest.total_cost / self.uniform.total_cost
+
+    @property
+    def ratio_of_effective(self) -> float:
+        """The same against one tolerance where a direction has an effect [1]."""
+        return self.cheapest.total_cost / self.uniform_of_effective.total_cost
+
+    @property
+    def n_widest(self) -> int:
+        """Directions that may be as wide as allowed."""
+        return int(np.isclose(self.cheapest.tolerance, self.allocator.upper).sum())
+
+    @property
+    def bound(self) -> list[str]:
+        """Which end of the allowed range each of the cheapest tolerances lies at."""
+        tolerance, lower, upper = (
+            self.cheapest.tolerance,
+            self.allocator.lower,
+            self.allocator.upper,
+        )
+        ends = [np.isclose(tolerance, lower), np.isclose(tolerance, upper)]
+        return list(np.select(ends, ["tightest", "widest"], ""))
+
+
+def _allocated(model: Model, options: Options, design: RealArray) -> _Sets:
+    """Allocate tolerances to the design, (k,), and evaluate them with new draws."""
     index: Any = model.robust.evaluate
     space = model.robust.space
     scatters = [n for n, t in zip(space.names, space.tolerance, strict=True) if t > 0.0]
-    price = tolerance_cost(options.cost_table, scatters)
-    effect = ToleranceEffect(
-        with_draws(model.robust, "allocation sample", options.scatter.samples, options.seed), design
+    draws = with_draws(model.robust, "allocation sample", options.scatter.samples, options.seed)
+    allocator = Allocator(
+        ToleranceEffect(draws, design),
+        tolerance_cost(options.cost_table, scatters),
+        lower=np.asarray(options.tightest),
+        upper=np.asarray(options.widest),
     )
-    lower, upper = np.asarray(options.tightest), np.asarray(options.widest)
-    allocator = Allocator(effect, price, lower, upper)
     levels = index(design[np.newaxis])[0] / index.n_lines
     limits = target_limits(options.limit, index.response_names, levels)
     task = ToleranceTask(
@@ -144,89 +226,76 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         draws=DRAWS,
         seed=options.seed,
     )
-
-    today = allocator.at(allocator.today)
-    cheapest = task.reached(allocator.cheapest)
-    uniform = task.reached(allocator.uniform)
     free = np.isin(allocator.names, variables_without_effect(index, space))
     held = replace(allocator, lower=np.where(free, allocator.upper, allocator.lower))
-    uniform_of_effective = task.reached(held.uniform)
-    sets = {"today's": today, "cheapest": cheapest, "uniform": uniform}
-    verified = {
-        name: task.verified(allocated.tolerance, "allocation verification")
-        for name, allocated in sets.items()
-    }
-    by_sigma = limits is None
-    new = verified["cheapest"]
+    sets = _Sets(
+        index=index,
+        allocator=allocator,
+        per_line=task.per_line,
+        by_sigma=limits is None,
+        today=allocator.at(allocator.today),
+        cheapest=task.reached(allocator.cheapest),
+        uniform=task.reached(allocator.uniform),
+        uniform_of_effective=task.reached(held.uniform),
+        verified={},
+    )
+    purpose = "allocation verification"
+    verified = {name: task.verified(each.tolerance, purpose) for name, each in sets.named.items()}
+    return replace(sets, verified=verified)
 
-    vehicles = ", ".join(index.response_names)
-    if by_sigma:
-        goal = options.sigma or today.sigma_sum * task.per_line
-        which = "" if options.sigma else ", today's"
-        goal_in_words = f"the mean level scatters by no more than {goal:.3f} dB (σ{which})"
-    else:
-        goal_in_words = (
-            f"{PERCENT * options.share:g} % of parts × vehicles stay within their limits"
-        )
-    report = Report(
-        "Cheapest tolerances of a design",
-        f"How wide may each direction of the mounts scatter, so that {goal_in_words} in "
-        f"{vehicles}, at the least cost? The design is {options.design_name} of its front.",
-    )
-    report.explain("booming noise", "SPLV", "stiffness factor", "tolerance", "σ", "Pareto front")
-    ratio = cheapest.total_cost / uniform.total_cost
-    fair = cheapest.total_cost / uniform_of_effective.total_cost
-    tightest = int(np.argmin(cheapest.tolerance))
-    widest = int(np.isclose(cheapest.tolerance, allocator.upper).sum())
-    report.tile(
-        f"{allocator.names[tightest]} ±{PERCENT * cheapest.tolerance[tightest]:.0f} %",
-        f"the tightest; {widest} of {len(allocator.names)} directions may be as wide as allowed",
-    )
-    report.tile(f"{PERCENT * ratio:.0f} %", "of the cost of one tolerance everywhere")
-    report.tile(
-        f"{PERCENT * fair:.0f} %", "of the cost of one tolerance in the directions that matter"
-    )
-    if by_sigma:
+
+def _goal(sets: _Sets, options: Options) -> str:
+    """Return the target in words."""
+    if not sets.by_sigma:
+        return f"{PERCENT * options.share:g} % of parts × vehicles stay within their limits"
+    sigma = options.sigma or sets.today.sigma_sum * sets.per_line
+    which = "" if options.sigma else ", today's"
+    return f"the mean level scatters by no more than {sigma:.3f} dB (σ{which})"
+
+
+def _answer(report: Report, sets: _Sets, options: Options, names: str) -> None:
+    """Say what to hold, what it costs, and what new draws confirm."""
+    cheapest, allocator, new = sets.cheapest, sets.allocator, sets.verified["cheapest"]
+    order = np.argsort(cheapest.tolerance, kind="stable")
+    held = [f"{allocator.names[k]} ±{PERCENT * cheapest.tolerance[k]:.0f} %" for k in order]
+    may_be_wide = f"{sets.n_widest} of {len(allocator.names)} directions may be as wide as allowed"
+    ratio = f"{PERCENT * sets.ratio:.0f} %"
+    ratio_of_effective = f"{PERCENT * sets.ratio_of_effective:.0f} %"
+    report.tile(held[0], f"the tightest; {may_be_wide}")
+    report.tile(ratio, "of the cost of one tolerance everywhere")
+    report.tile(ratio_of_effective, "of the cost of one tolerance in the directions that matter")
+    if sets.by_sigma:
         report.tile(f"{new.sigma:.3f} dB", "σ of the mean level, verified")
+        reached = f"the same scatter (σ {new.sigma:.2f} dB, verified)"
     else:
         report.tile(f"{PERCENT * new.share:.1f} %", "within limits, verified")
+        reached = f"{PERCENT * new.share:.1f} % within limits (verified)"
         if new.share < options.share:
             report.warn(
                 f"New draws find {PERCENT * new.share:.1f} % within the limits, not the "
                 f"{PERCENT * options.share:g} % asked for: take more --samples."
             )
-    spread = (
-        f"the same scatter (σ {new.sigma:.2f} dB, verified)"
-        if by_sigma
-        else f"{PERCENT * new.share:.1f} % within limits (verified)"
+    below_widest = np.count_nonzero(
+        cheapest.tolerance[order[:TIGHTEST]] < allocator.upper[order[:TIGHTEST]]
     )
-    tight = ", ".join(
-        f"{allocator.names[k]} ±{PERCENT * cheapest.tolerance[k]:.0f} %"
-        for k in np.argsort(cheapest.tolerance, kind="stable")[:TIGHTEST]
-        if cheapest.tolerance[k] < allocator.upper[k]
+    tight = ", ".join(held[:below_widest])
+    prices = (
+        "those of --cost-table."
+        if options.cost_table
+        else "assumed: 1 per direction at ±15 %, 2 at half the width (--cost-table)."
     )
     report.answer(
         (f"Hold {tight}; " if tight else "Hold nothing tightly: ")
-        + f"{widest} of {len(allocator.names)} directions may be as wide as allowed: {spread} at "
-        f"{PERCENT * ratio:.0f} % of the cost of one tolerance everywhere.",
-        f"Against one tolerance in the directions that matter alone the cost is "
-        f"{PERCENT * fair:.0f} %. Prices are "
-        + (
-            "those of --cost-table."
-            if options.cost_table
-            else "assumed: 1 per direction at ±15 %, 2 at half the width (--cost-table)."
-        ),
-        abbreviations(model.platform.mounts),
+        + f"{may_be_wide}: {reached} at {ratio} of the cost of one tolerance everywhere.",
+        "Against one tolerance in the directions that matter alone the cost is "
+        f"{ratio_of_effective}. Prices are {prices}",
+        names,
     )
-    even = bool(np.allclose(uniform.tolerance, today.tolerance))
-    at_bound = np.select(
-        [
-            np.isclose(cheapest.tolerance, allocator.lower),
-            np.isclose(cheapest.tolerance, allocator.upper),
-        ],
-        ["tightest", "widest"],
-        "",
-    )
+
+
+def _panels(report: Report, sets: _Sets, name_of_run: str) -> None:
+    """Show each direction, what each set is worth, and what to do next."""
+    today, cheapest = sets.today, sets.cheapest
     each = pd.DataFrame(
         {
             "direction": list(cheapest.names),
@@ -234,7 +303,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
             "today ± [%]": PERCENT * today.tolerance,
             "cost [1]": cheapest.cost,
             "cost today [1]": today.cost,
-            "bound": at_bound,
+            "bound": sets.bound,
         }
     )
     report.panel(
@@ -243,81 +312,78 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "Half widths, three standard deviations. Widest: needs no precision.",
         wide=True,
     )
-    sets_shown = {name: result for name, result in sets.items() if not (even and name == "uniform")}
+    today_is_uniform = bool(np.allclose(sets.uniform.tolerance, today.tolerance))
+    shown = {k: v for k, v in sets.named.items() if not (today_is_uniform and k == "uniform")}
     worth = pd.DataFrame(
         {
-            "tolerances": list(sets_shown),
-            "cost [1]": [result.total_cost for result in sets_shown.values()],
-            "σ, verified [dB]": [verified[name].sigma for name in sets_shown],
+            "tolerances": list(shown),
+            "cost [1]": [allocation.total_cost for allocation in shown.values()],
+            "σ, verified [dB]": [sets.verified[name].sigma for name in shown],
         }
     )
-    if not by_sigma:
-        worth["within limits [%]"] = [PERCENT * verified[name].share for name in sets_shown]
+    if not sets.by_sigma:
+        worth["within limits [%]"] = [PERCENT * sets.verified[name].share for name in shown]
     report.panel(
         "What it is worth",
         Table(worth, "", {"cost [1]": 1, "σ, verified [dB]": 3}),
-        "One tolerance for the same target is today's here." if even else "",
+        "One tolerance for the same target is today's here." if today_is_uniform else "",
     )
-    run_of = run_name(context, "tolerance_allocation")
     report.panel(
         "What to do next",
-        Step(f"deboom report FRONT --supplier --tolerances {run_of}", "sheets with these"),
+        Step(f"deboom report FRONT --supplier --tolerances {name_of_run}", "sheets with these"),
         Step("deboom run tolerance_allocation --cost-table FILE", "with your own prices"),
         Step("deboom run tolerance_allocation --limit LEVEL", "for a limit in place of a scatter"),
     )
-    report.warn(
-        "The price of a tolerance is an assumption unless you bring your own: by default "
-        "every direction costs 1 at ±15 % and twice as much at half the width. Ratios of "
-        "costs hold for prices without a fixed part.",
-        *motion_report(index, design[np.newaxis]).warnings,
-    )
-    report.summary |= {
+
+
+def _summary(sets: _Sets, options: Options) -> dict[str, Any]:
+    """Return the numbers of summary.json."""
+    new = sets.verified["cheapest"]
+    summary = {
         "design": options.design_name,
-        "target": "sigma" if by_sigma else "share",
-        "cost_cheapest": cheapest.total_cost,
-        "cost_uniform": uniform.total_cost,
-        "cost_today": today.total_cost,
-        "cost_ratio_to_uniform": ratio,
-        "cost_ratio_to_uniform_of_effective": fair,
-        "sigma_today_db": today.sigma_sum * task.per_line,
-        "sigma_cheapest_db": cheapest.sigma_sum * task.per_line,
+        "target": "sigma" if sets.by_sigma else "share",
+        "cost_cheapest": sets.cheapest.total_cost,
+        "cost_uniform": sets.uniform.total_cost,
+        "cost_today": sets.today.total_cost,
+        "cost_ratio_to_uniform": sets.ratio,
+        "cost_ratio_to_uniform_of_effective": sets.ratio_of_effective,
+        "sigma_today_db": sets.today.sigma_sum * sets.per_line,
+        "sigma_cheapest_db": sets.cheapest.sigma_sum * sets.per_line,
         "sigma_verified_db": new.sigma,
-        "sigma_uniform_verified_db": verified["uniform"].sigma,
+        "sigma_uniform_verified_db": sets.verified["uniform"].sigma,
     }
-    if not by_sigma:
-        report.summary |= {
+    if not sets.by_sigma:
+        summary |= {
             "share_stated": options.share,
             "share_verified": new.share,
             "share_lower_bound": new.share_lower,
         }
+    return summary
+
+
+def _allocation_section(report: Report, sets: _Sets) -> None:
+    """Draw and list tolerance and price of every direction."""
+    today, cheapest, uniform = sets.today, sets.cheapest, sets.uniform
+
+    def panel(label: str, values: RealArray, everywhere: RealArray) -> plot.IntervalPanel:
+        rows = {
+            "cheapest": (values, np.zeros(len(values)), values),
+            "one tolerance everywhere": (everywhere, everywhere, everywhere),
+        }
+        return plot.IntervalPanel(label, rows)
 
     report.section(
         "Allocation",
         "A direction at the widest tolerance needs no precision; one that is tighter than "
         "the rest is what the noise scatters by.",
     )
+    panels = [
+        panel("tolerance ± [%]", PERCENT * cheapest.tolerance, PERCENT * uniform.tolerance),
+        panel("cost [1]", cheapest.cost, uniform.cost),
+    ]
     report.figure(
         "allocation",
-        lambda: plot.interval_panels(
-            allocator.names,
-            [
-                plot.IntervalPanel(
-                    label,
-                    {
-                        "cheapest": (values, np.zeros(len(values)), values),
-                        "one tolerance everywhere": (even, even, even),
-                    },
-                )
-                for label, values, even in (
-                    (
-                        "tolerance ± [%]",
-                        PERCENT * cheapest.tolerance,
-                        PERCENT * uniform.tolerance,
-                    ),
-                    ("cost [1]", cheapest.cost, uniform.cost),
-                )
-            ],
-        ),
+        lambda: plot.interval_panels(sets.allocator.names, panels),
         "Tolerance and price of every direction: the cheapest ones, and one "
         "tolerance everywhere for the same target.",
     )
@@ -330,25 +396,29 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
             "cost today [1]": today.cost,
             "cost uniform [1]": uniform.cost,
             "cost cheapest [1]": cheapest.cost,
-            "bound": at_bound,
+            "bound": sets.bound,
         }
     )
     report.table("allocation", allocation)
 
+
+def _verification_section(report: Report, sets: _Sets) -> None:
+    """List cost and scatter of each set, as chosen and as new draws show it."""
     report.section("Verification", f"{DRAWS} draws of the parts that nothing was chosen by.")
     chosen, check = "sigma of the level, chosen with [dB]", "sigma of the level, verified [dB]"
+    allocations, verified = sets.named.values(), sets.verified.values()
     verification = pd.DataFrame(
         {
-            "tolerances": list(sets),
-            "cost [1]": [allocated.total_cost for allocated in sets.values()],
-            chosen: [allocated.sigma_sum * task.per_line for allocated in sets.values()],
-            check: [row.sigma for row in verified.values()],
+            "tolerances": list(sets.named),
+            "cost [1]": [allocation.total_cost for allocation in allocations],
+            chosen: [allocation.sigma_sum * sets.per_line for allocation in allocations],
+            check: [row.sigma for row in verified],
         }
     )
-    if not by_sigma:
-        verification["within limits [%]"] = [PERCENT * row.share for row in verified.values()]
+    if not sets.by_sigma:
+        verification["within limits [%]"] = [PERCENT * row.share for row in verified]
         verification["at least, with 95 % confidence [%]"] = [
-            PERCENT * row.share_lower for row in verified.values()
+            PERCENT * row.share_lower for row in verified
         ]
     report.table(
         "verification",
@@ -356,17 +426,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "Cost and scatter of three sets of tolerances.",
         {chosen: 3, check: 3},
     )
-    report.facts |= {
-        "kernel": index.kernel,
-        "allocation_draws": options.scatter.samples,
-        "verification_draws": DRAWS,
-    }
-    report.inputs += [*model.inputs, *((options.cost_table,) if options.cost_table else ())]
-    if model.made is not None:
-        report_parts(report, model.made)
-    if model.runs is not None:
-        report_runs(report, model.runs)
-    return report
 
 
 def _chosen(model: Model, options: Options, context: RunContext | None) -> RealArray:

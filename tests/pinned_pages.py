@@ -31,12 +31,35 @@ PICTURE = b"\x89PNG\r\n\x1a\n" + bytes(8) + b"\0\0\0\1\0\0\0\1"
 STEPS = "progress.txt"  # beside the runs of a study
 PAGES = Path(__file__).parent / "golden" / "pages"
 LOOKS = (
-    *("alpha", "axis_on", "color", "edgecolor", "facecolor", "fontsize", "fontstyle", "fontweight"),
-    *("ha", "hatch", "linestyle", "linewidth", "marker", "markersize", "ncols", "rotation"),
-    *("subplotspec", "tick_params", "va", "visible", "xscale", "yscale", "zorder"),
+    "alpha",
+    "axis_on",
+    "color",
+    "edgecolor",
+    "facecolor",
+    "fontsize",
+    "fontstyle",
+    "fontweight",
+    "ha",
+    "hatch",
+    "linestyle",
+    "linewidth",
+    "marker",
+    "markersize",
+    "ncols",
+    "rotation",
+    "subplotspec",
+    "tick_params",
+    "va",
+    "visible",
+    "xscale",
+    "yscale",
+    "zorder",
 )
 NOT_DETERMINED = (
-    *("fitted", "share in the null space [1]", "posterior deviation", "posterior over prior [1]"),
+    "fitted",
+    "share in the null space [1]",
+    "posterior deviation",
+    "posterior over prior [1]",
     "verdict",
 )
 """Columns of the thesis's 44 numbers, 9 of whose combinations no test sees: rounding moves them."""

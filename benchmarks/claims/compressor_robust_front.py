@@ -66,7 +66,7 @@ def _laboratory(seed: int) -> tuple[RealArray, RealArray, float]:
     for hoses in (True, False):
         with patch.object(compressor_fleet, "identify", identify_once):
             model = mounted_fleet(
-                *(fleet, LINES, {}, lambda _: None), identical=False, with_hoses=hoses, places=False
+                fleet, LINES, {}, lambda _: None, identical=False, with_hoses=hoses, places=False
             )
         space = study.design_space(model.index.variables, options)
         size = (N_DESIGNS, space.n_variables)

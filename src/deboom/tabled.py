@@ -65,6 +65,14 @@ def _json_form(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} has no form in JSON")
 
 
+# until 3.1 the parser of pandas loses the last digits of a number unless it is told not to
+EXACT: dict[str, Any] = (
+    {"float_precision": "round_trip"}
+    if tuple(int(number) for number in pd.__version__.split(".")[:2]) < (3, 1)
+    else {}
+)
+
+
 def table_of(text: str, texts: Sequence[str] = ()) -> pd.DataFrame:
     """Return the table that `csv_text` wrote: texts are as they were, and none is a number missing.
 
@@ -74,7 +82,13 @@ def table_of(text: str, texts: Sequence[str] = ()) -> pd.DataFrame:
     """
     header = pd.read_csv(io.StringIO(text), nrows=0, keep_default_na=False).columns
     dtype = {label: str for label in header if unescaped(label) in texts}
-    table = pd.read_csv(io.StringIO(text), dtype=dtype, keep_default_na=False, na_values=[""])
+    table: pd.DataFrame = pd.read_csv(
+        io.StringIO(text),
+        dtype=dtype,
+        keep_default_na=False,
+        na_values=[""],
+        **EXACT,
+    )
     table.columns = pd.Index([unescaped(label) for label in table.columns])
     for name in table.select_dtypes(include=["object", "string"]).columns:
         table[name] = table[name].map(

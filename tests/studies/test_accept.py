@@ -109,6 +109,15 @@ def test_mounts_of_one_delivery_may_have_unlike_axes():
     assert table["z [N/mm]"].isna().tolist() == [True, False]
 
 
+def test_a_part_without_a_limited_direction_is_named():
+    box = acceptance_box(
+        [variable(f"TSM {axis}", 0.8, 1.0, reference_stiffness_n_per_m=2e5) for axis in "xz"],
+        box_of().responses,
+    )
+    with pytest.raises(InputError, match="part '1': TSM z was not measured, and the box limits it"):
+        judged_delivery(box, [DeliveredPart("1", "B1", "TSM", {"x": 1.8e5})], None, 0.0, seed=1)
+
+
 def test_copied_measurements_are_named(tmp_path):
     with pytest.raises(InputError, match=r"TSM x, batch B1: all 3 pieces have the value 0\.9"):
         judged(tmp_path, [0.9, 0.9, 0.9])
@@ -153,8 +162,15 @@ def test_a_capability_is_held_against_the_cpk_that_was_demanded(tmp_path, spread
 
 STATELESS = dict.fromkeys(
     (
-        *("lower", "upper", "today_n_per_mm", "loss_factor", "preload_n", "preload_mm"),
-        *("amplitude_mm", "frequency_hz", "static_rate_n_per_mm"),
+        "lower",
+        "upper",
+        "today_n_per_mm",
+        "loss_factor",
+        "preload_n",
+        "preload_mm",
+        "amplitude_mm",
+        "frequency_hz",
+        "static_rate_n_per_mm",
     )
 )
 

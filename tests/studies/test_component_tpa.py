@@ -57,8 +57,14 @@ def test_a_users_folder_with_what_it_leaves_out(tmp_path):
     plan = ComponentPlan(points=1, unmeasured_rotations=True, airborne=1.0, line_step=4.0)
     write_component_test(folder, 5, plan=plan, truth_seed=4)
     done = call(
-        *("run", "component_tpa", "--test", folder, "--out", tmp_path / "out"),
-        *("--regularisation", "l-curve"),
+        "run",
+        "component_tpa",
+        "--test",
+        folder,
+        "--out",
+        tmp_path / "out",
+        "--regularisation",
+        "l-curve",
     )
     run = Path(done.stdout.strip().splitlines()[-1])
     summary = json.loads((run / "summary.json").read_text(encoding="utf-8"))

@@ -131,8 +131,12 @@ def test_a_batch_and_its_pieces_scatter_as_one_part():
 @pytest.mark.parametrize(
     "wrong",
     [
-        *({"reach": 1.0}, {"tolerance": 0.0}, {"batch": 1.5}),
-        *({"place_tolerance": 200.0}, {"line_step": 0.0}, {"travel": 0.0}),
+        {"reach": 1.0},
+        {"tolerance": 0.0},
+        {"batch": 1.5},
+        {"place_tolerance": 200.0},
+        {"line_step": 0.0},
+        {"travel": 0.0},
     ],
 )
 def test_questions_without_sense_are_refused(wrong):

@@ -25,8 +25,13 @@ STUDY = load_study("mount_characterisation")
 RUNS = tuple(
     PlannedRun(gear, torque, full_load)
     for gear, torque, full_load in (
-        *((5, 120.0, True), (5, 220.0, True), (5, 60.0, False), (5, 180.0, False)),
-        *((6, 140.0, False), (7, 220.0, True), (7, 100.0, False)),
+        (5, 120.0, True),
+        (5, 220.0, True),
+        (5, 60.0, False),
+        (5, 180.0, False),
+        (6, 140.0, False),
+        (7, 220.0, True),
+        (7, 100.0, False),
     )
 )
 LINES = np.arange(20.0, 80.5, 1.0)

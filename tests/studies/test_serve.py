@@ -10,12 +10,15 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
+from interactive_front_samples import live_front
 
 from browser_samples import Browser
 from deboom.errors import InputError
+from deboom.report.interactive import render_interactive
 
 pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
+from deboom.runs import serve
 from deboom.runs.serve import serve_results
 
 STUDY = Path(__file__).parents[1] / "samples" / "quad2_front.py"
@@ -126,9 +129,79 @@ def test_a_page_of_a_run_reaches_nothing(address, results):
     token = parts.query.removeprefix("token=")
     connection.request("GET", f"/files/{name}", headers={"Cookie": f"deboom{parts.port}={token}"})
     answer = connection.getresponse()
-    assert "connect-src 'none'" in answer.headers["Content-Security-Policy"]
+    policy = answer.headers["Content-Security-Policy"].split("; ")
+    assert {"sandbox allow-scripts allow-downloads", "connect-src 'none'"} <= set(policy)
     assert answer.headers["X-Content-Type-Options"] == "nosniff"
     connection.close()
+
+
+HOSTILE = """<!DOCTYPE html><title>hostile</title><p id="said">nothing</p>
+<iframe id="frame" src="/api/runs"></iframe><script>
+const said = [];
+const tell = () => { document.getElementById("said").textContent = said.join(" "); };
+const attempt = async (name, read) => {
+  try { said.push(`${name}:${String(await read()).includes("quad2_front")}`); }
+  catch { said.push(`${name}:refused`); }
+  tell();
+};
+attempt("fetch", async () => (await fetch("/api/runs")).text());
+attempt("window", async () => {
+  const other = open("/api/runs");
+  await new Promise((then) => setTimeout(then, 500));
+  return other.document.body.textContent;
+});
+addEventListener("load", () => attempt("frame", () =>
+  document.getElementById("frame").contentDocument.body.textContent));
+attempt("cookie", () => document.cookie);
+</script>"""
+
+
+def test_a_hostile_page_of_a_run_reads_nothing_of_the_server(address, results):
+    page = next(results.glob("*/*")) / "hostile.html"
+    page.write_text(HOSTILE, encoding="utf-8")
+    browser = Browser()
+    try:
+        browser.open_address(address)  # the browser holds the cookie from now on
+        parts = urlsplit(address)
+        name = page.relative_to(results).as_posix()
+        browser.open_address(f"{parts.scheme}://{parts.netloc}/files/{name}")
+        browser.wait("document.getElementById('said').textContent.split(' ').length === 4")
+        assert sorted(browser.text("#said").split()) == [
+            "cookie:refused", "fetch:refused", "frame:refused", "window:refused",
+        ]  # fmt: skip
+    finally:
+        browser.close()
+        page.unlink()
+
+
+def test_the_model_of_a_served_page_answers(address, results):
+    page = next(results.glob("*/*")) / "live.html"
+    page.write_text(render_interactive(live_front()[0]), encoding="utf-8")
+    browser = Browser()
+    try:
+        browser.open_address(address)
+        parts = urlsplit(address)
+        name = page.relative_to(results).as_posix()
+        browser.open_address(f"{parts.scheme}://{parts.netloc}/files/{name}")
+        browser.wait("live.session.band !== null && live.session.band.fresh")
+        assert browser.complaints == []
+    finally:
+        browser.close()
+        page.unlink()
+
+
+def test_a_record_is_read_again_only_when_it_has_changed(results, monkeypatch):
+    path = next(results.glob("*/*/run.json")).resolve()
+    read = []
+    real = serve.read_record
+    monkeypatch.setattr(serve, "read_record", lambda path: read.append(path) or real(path))
+    folder = serve.ResultsFolder(results.resolve())
+    for _ in range(3):
+        (run,) = folder.runs()["runs"]
+    assert read == [path]
+    os.utime(path, ns=(1, 1))
+    assert folder.runs()["runs"] == [run]
+    assert read == [path, path]
 
 
 def test_a_running_search_grows_in_the_browser(address, results):

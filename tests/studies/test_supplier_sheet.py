@@ -394,9 +394,20 @@ def test_an_anonymous_sheet_tells_no_name_no_limit_and_no_command(anonymous, fro
     secrets = [
         *{vehicle.name for vehicle in fleet},
         *{vehicle.group for vehicle in fleet},
-        *("u06_f39_f45", "Compact platform,", "robust_front", str(front_run), str(STUDIES)),
-        *("54.4", "deboom report", "EnM", "GeM", "three cylinders"),
-        *(study.run.entry.name, "dB(A)", "prescribed", "best design"),
+        "u06_f39_f45",
+        "Compact platform,",
+        "robust_front",
+        str(front_run),
+        str(STUDIES),
+        "54.4",
+        "deboom report",
+        "EnM",
+        "GeM",
+        "three cylinders",
+        study.run.entry.name,
+        "dB(A)",
+        "prescribed",
+        "best design",
     ]
     read = "\n".join([html, sources.workbook_text(workbook.read_bytes()), page.name, workbook.name])
     read = re.sub(r"\b[0-9a-f]{12,}\b|base64,[\w+/=]*", "", read).lower()

@@ -285,8 +285,14 @@ def vehicles(*each):
     numbers = np.array(each, float)
     zeros, sigma = np.zeros(len(numbers)), numbers[:, 2:] / 2.0
     return RobustValues(
-        *(zeros[:, None], numbers[:, :2], np.hstack([sigma, sigma]), numbers[:, :2].sum(axis=1)),
-        *(numbers[:, 2], zeros, zeros, zeros > 0.0),
+        zeros[:, None],
+        numbers[:, :2],
+        np.hstack([sigma, sigma]),
+        numbers[:, :2].sum(axis=1),
+        numbers[:, 2],
+        zeros,
+        zeros,
+        zeros > 0.0,
     )
 
 

@@ -78,8 +78,14 @@ def functions(kind, values, lines=LINES):
     unit = {4: ("acceleration", "m/s^2", "force", "N"), 6: ("general", "1", "none", "")}[kind]
     return [
         UffFunction(
-            *(lines, values[:, row, column], kind, sensor.node, f"+{axis}"),
-            *(impact.node, rows.uff_direction(impact.direction), *unit),
+            lines,
+            values[:, row, column],
+            kind,
+            sensor.node,
+            f"+{axis}",
+            impact.node,
+            rows.uff_direction(impact.direction),
+            *unit,
         )
         for row, (sensor, axis) in enumerate(CHANNELS)
         for column, impact in enumerate(IMPACTS)

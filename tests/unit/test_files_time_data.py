@@ -261,7 +261,12 @@ def test_a_shorter_and_slower_channel_beside_one_column_of_instants(tmp_path):
         "Delta_X\t0.01\t0.02",
         "***End_of_Header***\t",
         "X_Value\tfast\tslow\tComment",
-        *("1.00\t0\t7", "1.01\t1\t8", "1.02\t2\t9", "1.03\t3\t", "1.04\t4", "1.05\t5\t"),
+        "1.00\t0\t7",
+        "1.01\t1\t8",
+        "1.02\t2\t9",
+        "1.03\t3\t",
+        "1.04\t4",
+        "1.05\t5\t",
     ]
     head = ["LabVIEW Measurement", "Separator\tTab", "X_Columns\tOne", "***End_of_Header***", ""]
     path.write_text("\n".join([*head, *rows, ""]))

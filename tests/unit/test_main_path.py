@@ -19,8 +19,15 @@ DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "from-folder-to-page.md").read_text(encoding="utf-8")
 STUDY = load_study(shipped_studies() / "u06_robust_front.py").module
 ROOTS = (
-    *(read_platform, Platform.runs, Platform.model, Runs.model, search, FleetFront),
-    *(STUDY.prepare, STUDY.run, front_report),
+    read_platform,
+    Platform.runs,
+    Platform.model,
+    Runs.model,
+    search,
+    FleetFront,
+    STUDY.prepare,
+    STUDY.run,
+    front_report,
 )
 LISTED = dict(re.findall(r"^\| `(\w+)` \| `(deboom[\w.]*|studies[\w.]*)` \|", PAGE, flags=re.M))
 

@@ -86,7 +86,7 @@ def hammer(impact_at, direction, unit="m/s^2"):
     force = np.zeros((2, 8))
     force[:, 2] = 1.0
     measured = HammerMeasurement(
-        *("I1", force, np.zeros((2, 8, 3)), sensor.channels, (unit,) * 3, (np.inf,) * 3, 256.0)
+        "I1", force, np.zeros((2, 8, 3)), sensor.channels, (unit,) * 3, (np.inf,) * 3, 256.0
     )
     impact = Impact("I1", np.array(impact_at), np.array(direction))
     return HammerTest("plate", (impact,), (sensor,), (measured,))

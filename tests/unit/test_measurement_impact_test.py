@@ -236,7 +236,13 @@ def ringing(modes, seconds, *, n_hit=5, noise=0.0, seed=1):
     response = np.array([np.convolve(push, receptance)[: time.size] for push in force]) / rate
     response += noise * np.abs(response).max() * generator.normal(size=response.shape)
     return HammerMeasurement(
-        *("I1", force, response[:, :, None], ("A1 x",), ("m/s^2",), (math.inf,), rate),
+        "I1",
+        force,
+        response[:, :, None],
+        ("A1 x",),
+        ("m/s^2",),
+        (math.inf,),
+        rate,
         pretrigger=before / rate,
     )
 

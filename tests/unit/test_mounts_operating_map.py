@@ -277,7 +277,12 @@ def run(stiffness=STIFFNESS, scale_right=1.0):
     motion = 1e-4 * np.exp(1j * FREQUENCY_3)[:, None] * np.ones(2)
     force = stiffness[:, None] * motion * [1.0, scale_right]
     return LoadCase(
-        *("run", "a run", 5, 3.4, 220.0, 1.5),
+        "run",
+        "a run",
+        5,
+        3.4,
+        220.0,
+        1.5,
         Spectrum(FREQUENCY_3, motion, names, "m"),
         Spectrum(FREQUENCY_3, force, names, "N"),
     )

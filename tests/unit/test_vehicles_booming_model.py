@@ -224,7 +224,12 @@ FACTORS = 0.8 + 0.4 * RNG.random((5, 12))  # six of stiffness, six of loss
 
 def load_case(stiffness=STIFFNESS, displacement=DISPLACEMENT):
     return LoadCase(
-        *("run", "", 5, 4.0, 220.0, 1.5),
+        "run",
+        "",
+        5,
+        4.0,
+        220.0,
+        1.5,
         Spectrum(FREQUENCY, displacement, CHANNELS, "m"),
         Spectrum(FREQUENCY, stiffness * displacement, CHANNELS, "N"),
     )

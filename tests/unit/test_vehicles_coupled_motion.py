@@ -46,7 +46,12 @@ def _load_case(residual=0.01, channels=CHANNELS):
     force = 1e6 * motion * (1 + 0.2 * _random(9, 11, seed=4))
     columns = [CHANNELS.index(name) for name in channels]
     return LoadCase(
-        *("g5", "5th gear", 5, 3.4, 220.0, 1.5),
+        "g5",
+        "5th gear",
+        5,
+        3.4,
+        220.0,
+        1.5,
         Spectrum(LINES, motion[:, columns], channels, "m"),
         Spectrum(LINES, force[:, columns], channels, "N"),
     )

@@ -25,6 +25,7 @@ MODELS = {
     "prescribed": BoomingModel((drawn_cars.prescribed_problem(SHAPE),), (1.0,)),
     "coupled": BoomingModel((COUPLED,), (1.0,)),
     "tilted": BoomingModel((drawn_cars.tilted(COUPLED),), (1.0,)),
+    "with receptances": BoomingModel((drawn_cars.flexible_problem(SHAPE),), (1.0,)),
     "loss factors": BoomingModel((COUPLED.with_loss_factors(),), (1.0,), loss_factors=True),
     "two load cases": BoomingModel((COUPLED, SECOND), (1.0, 3.0)),
     "in numpy": BoomingModel((COUPLED,), (1.0,), compiled=False),
@@ -42,7 +43,7 @@ def assert_slopes(robust, seed, rtol):
     k = robust.space.n_variables
     design = np.random.default_rng(seed).uniform(0.85, 1.15, k)
     computed, slopes = objectives_and_gradients(robust, design, each_mean=True)
-    step = 2e-4
+    step = 5e-5
     rows = [robust(design + by * step * np.eye(k)) for by in (1, -1, 2, -2)]
     near_up, near_down, up, down = (np.column_stack([r.objectives, r.mean]) for r in rows)
     expected = (8.0 * (near_up - near_down) - (up - down)).T / (12.0 * step)
@@ -55,7 +56,7 @@ def assert_slopes(robust, seed, rtol):
 @pytest.mark.parametrize("name", MODELS)
 def test_gradients_of_mean_and_sigma_are_those_of_differences(name):
     assert is_smooth(robust_of(MODELS[name]))
-    assert_slopes(robust_of(MODELS[name]), seed=2, rtol=2e-8)
+    assert_slopes(robust_of(MODELS[name]), seed=2, rtol=1e-8)
 
 
 @pytest.mark.parametrize("degree", [0, 1, 2])
@@ -65,7 +66,7 @@ def test_gradients_follow_the_estimator(degree):
     )
 
 
-@pytest.mark.parametrize("name", ["prescribed", "coupled", "tilted"])
+@pytest.mark.parametrize("name", ["prescribed", "coupled", "tilted", "with receptances"])
 def test_slopes_of_a_design_are_the_same_bits_in_any_batch(name):
     model = MODELS[name]
     designs = np.random.default_rng(4).uniform(0.8, 1.2, (150, len(model.variable_names)))

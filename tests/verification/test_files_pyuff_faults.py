@@ -23,7 +23,7 @@ def functions(n, complex_values=True, lines=LINES):
     units = ("acceleration", "rad/s^2", "force", "N")
     return [
         UffFunction(
-            *(lines, values[i], 4, i + 1, "-rz", 1000 + i, "+y", *units), response_name="ten letter"
+            lines, values[i], 4, i + 1, "-rz", 1000 + i, "+y", *units, response_name="ten letter"
         )
         for i in range(n)
     ]

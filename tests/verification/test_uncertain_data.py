@@ -36,7 +36,12 @@ def one_path(*sources, axes=("x",)):
         for name, v in zip(("V-1", "V-2"), values, strict=False)
     ]
     case = LoadCase(
-        *("run", "", 5, 3.4, 220.0, 1.5),
+        "run",
+        "",
+        5,
+        3.4,
+        220.0,
+        1.5,
         Spectrum(LINES, 1e-4 * values[2], paths, "m"),
         Spectrum(LINES, 30.0 * values[3], paths, "N"),
     )
@@ -306,7 +311,12 @@ def test_prescribed_motion_scales_the_stiffness_of_each_piece():
 
     motion, force = 1e-4 * random(41, 4), 100 * random(41, 4)
     case = LoadCase(
-        *("g5", "5th gear", 5, 3.4, 220.0, 1.5),
+        "g5",
+        "5th gear",
+        5,
+        3.4,
+        220.0,
+        1.5,
         Spectrum(frequency, motion, channels, "m"),
         Spectrum(frequency, force, channels, "N"),
     )

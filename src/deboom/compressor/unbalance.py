@@ -320,23 +320,14 @@ def unbalance(
         if route.update is not None and factor.mismatch > 0:
             say(f"route {route.letter}: mounts that soften with their own stroke")
             laws = _softening_laws(identification, options.softening)
-            if laws:
-                tried = [(solve(law), law) for law in laws]
-                softened, by_stroke = min(tried, key=lambda law_fit: law_fit[0].schwarz)
-                if softened.converged and softened.schwarz < factor.schwarz:
-                    fit = softened
-                    notices.append(_softening_notice(route, by_stroke, softened, factor, loads))
-        results.append(
-            RouteResult(
-                route,
-                tuple(
-                    _line_by_line(model, load, sweep, fit, white, route, options)
-                    for load, sweep, white in zip(loads, used, fit.whitened, strict=True)
-                ),
-                sources(fit, loads, identification.length, options.confidence),
-                fit,
-            )
+            fit, words = _softened(route, factor, loads, laws, solve)
+            notices += [words] if words else []
+        by_line = tuple(
+            _line_by_line(model, load, sweep, fit, white, route, options)
+            for load, sweep, white in zip(loads, used, fit.whitened, strict=True)
         )
+        of_route = sources(fit, loads, identification.length, options.confidence)
+        results.append(RouteResult(route, by_line, of_route, fit))
         if route == options.chosen:
             common = solve(ONE_FACTOR)
             resolved = factor if factor.change == state_law else solve(state_law)
@@ -344,23 +335,7 @@ def unbalance(
         common, resolved, state_law, identification.calibrated.model.gain, frequency
     )
     result = next(result for result in results if result.route == options.chosen)
-    sought = [
-        hoses_in_sweep(
-            sweep, test.hoses, identification, rotor_inertia=test.rotor_inertia, sense=sense.sense
-        )
-        for sweep in used
-        if test.hoses and sweep.hoses is not HoseState.STANDARD
-    ]
-    hoses = tuple(presence for presence in sought if presence is not None)
-    shown = [hose.statement for hose in hoses if hose.visible]
-    alarms = [*identification.alarms]
-    alarms += shown or load_alarms(used, result.sources, result.fit.mismatch, state)
-    unsettled = [result.route.letter for result in results if not result.fit.converged]
-    if unsettled:
-        alarms.append(
-            f"The fit over all sweeps did not settle by route {', '.join(unsettled)}: its numbers "
-            "and intervals are not to be trusted."
-        )
+    hoses = _hoses(test, used, identification, sense)
     return Unbalance(
         test,
         identification,
@@ -369,10 +344,48 @@ def unbalance(
         sense,
         tuple(results),
         state,
-        tuple(alarms),
+        _alarms(identification, used, hoses, results, result, state),
         tuple(notices),
         hoses,
     )
+
+
+def _hoses(
+    test: OperatingTest,
+    used: Sequence[OperatingSweep],
+    identification: Identification,
+    sense: SenseOfRotation,
+) -> tuple[HosePresence, ...]:
+    """Look for the hoses of the drawing in each sweep that should be free of them."""
+    sought = [
+        hoses_in_sweep(
+            sweep, test.hoses, identification, rotor_inertia=test.rotor_inertia, sense=sense.sense
+        )
+        for sweep in used
+        if test.hoses and sweep.hoses is not HoseState.STANDARD
+    ]
+    return tuple(presence for presence in sought if presence is not None)
+
+
+def _alarms(
+    identification: Identification,
+    used: Sequence[OperatingSweep],
+    hoses: Sequence[HosePresence],
+    results: Sequence[RouteResult],
+    chosen: RouteResult,
+    state: MountState,
+) -> tuple[str, ...]:
+    """Return alarms of the hammer test, of visible hoses or else of the load, and of the fits."""
+    alarms = [*identification.alarms]
+    visible = [hose.statement for hose in hoses if hose.visible]
+    alarms += visible or load_alarms(used, chosen.sources, chosen.fit.mismatch, state)
+    unsettled = [result.route.letter for result in results if not result.fit.converged]
+    if unsettled:
+        alarms.append(
+            f"The fit over all sweeps did not settle by route {', '.join(unsettled)}: its numbers "
+            "and intervals are not to be trusted."
+        )
+    return tuple(alarms)
 
 
 SOFTENING_SCALES = (10e-6, 20e-6, 40e-6, 80e-6, 160e-6)
@@ -391,6 +404,25 @@ def _softening_laws(
     return tuple(
         HyperbolicMounts(mounts.positions, mounts.stiffness, scale) for scale in SOFTENING_SCALES
     )
+
+
+def _softened(
+    route: Route,
+    factor: SourceFit,
+    loads: Sequence[OperatingLoad],
+    laws: Sequence[SofteningMounts],
+    solve: Callable[[SofteningMounts], SourceFit],
+) -> tuple[SourceFit, str]:
+    """Return the fit with softening mounts and words on it if it is the better one by Schwarz.
+
+    `factor`: the fit with one factor for all mounts, which is returned otherwise.
+    """
+    if laws:
+        tried = [(solve(law), law) for law in laws]
+        softened, mounts = min(tried, key=lambda fit_and_law: fit_and_law[0].schwarz)
+        if softened.converged and softened.schwarz < factor.schwarz:
+            return softened, _softening_notice(route, mounts, softened, factor, loads)
+    return factor, ""
 
 
 SEEN_SOFTENING = 0.01

@@ -8,7 +8,7 @@ from itertools import chain, combinations, product
 
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
-from scipy.sparse import block_diag, csr_array, hstack, identity, vstack
+from scipy.sparse import block_diag, csr_array, eye_array, hstack, vstack
 
 from deboom.arrays import IntArray, RealArray
 from deboom.common import Progress
@@ -311,16 +311,18 @@ def _constraints(
     used = np.zeros((len(combos), n_values))
     np.put_along_axis(used, combos + _first_values(sizes), 1.0, axis=1)
     # rows: value by value of every vehicle, 1 where a combination uses it
-    member = csr_array(block_diag([used[rows].T for rows in offered]))
-    every = csr_array(block_diag([np.ones((1, len(rows))) for rows in offered]))
-    missed = csr_array(block_diag([excess[rows, v][np.newaxis] for v, rows in enumerate(offered)]))
+    member = block_diag([csr_array(used[rows].T) for rows in offered], format="csr")
+    every = block_diag([csr_array(np.ones((1, len(rows)))) for rows in offered], format="csr")
+    missed = block_diag(
+        [csr_array(excess[rows, v][np.newaxis]) for v, rows in enumerate(offered)], format="csr"
+    )
 
     def wide(numbers: csr_array | None, shares: csr_array, worst: float) -> csr_array:
         height = shares.shape[0]
         left = csr_array((height, n_values)) if numbers is None else numbers
         return csr_array(hstack([left, shares, csr_array(np.full((height, 1), worst))]))
 
-    minus = csr_array(vstack([-identity(n_values)] * n_vehicles))
+    minus = csr_array(vstack([-eye_array(n_values)] * n_vehicles))
     taken, one_each, kept = wide(minus, member, 0.0), wide(None, every, 0.0), wide(None, missed, -1)
     total = np.zeros((1, taken.shape[1]))
     total[0, :n_values] = 1.0

@@ -185,13 +185,18 @@ def objectives_and_gradients(
     if each_mean:
         r = len(robust.evaluate.response_names)
         numbers += [SmoothNumber(Statistic.MEAN, shares) for shares in np.eye(r)]
-    return _numbers_and_gradients(robust, design, numbers)
+    objectives, gradients = _linearised(robust, design, numbers)
+    return objectives, gradients()
 
 
-def _numbers_and_gradients(
+def _linearised(
     robust: Robust, design: RealArray, numbers: Sequence[SmoothNumber]
-) -> tuple[RealArray, RealArray]:
-    """Return several numbers (o,) of a design (k,), and their gradients (o, k)."""
+) -> tuple[RealArray, Callable[[], RealArray]]:
+    """Return several numbers (o,) of a design, and a function that returns their gradients (o, k).
+
+    See `objectives_and_gradients`: the gradients cost more than the numbers, and descents do not
+    need them everywhere.
+    """
     model = cast(Differentiable, robust.evaluate)
     made_per_design, added = made_terms(robust.space, robust.scatter(design))
     values, pull_back = model.linearised(design * made_per_design + added)
@@ -200,14 +205,14 @@ def _numbers_and_gradients(
         Statistic.MEAN: (moments.mean, moments.by_mean[:, np.newaxis]),
         Statistic.SIGMA: (moments.sigma, moments.by_sigma),
     }
-    weights = np.empty((len(numbers), *values.shape))
-    sums = np.empty(len(numbers))
-    for row, number in enumerate(numbers):
-        moment, by_response = of_statistic[number.statistic]
-        sums[row] = np.einsum("r,r->", number.shares, moment)
-        weights[row] = number.shares * by_response
-    slopes = pull_back(weights)
-    return sums, np.einsum("otk,tk->ok", slopes, made_per_design)
+    sums = [np.einsum("r,r->", each.shares, of_statistic[each.statistic][0]) for each in numbers]
+
+    def gradients() -> RealArray:
+        weights = [each.shares * of_statistic[each.statistic][1] for each in numbers]
+        slopes = pull_back(np.array(weights))
+        return np.asarray(np.einsum("otk,tk->ok", slopes, made_per_design))
+
+    return np.array(sums), gradients
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,16 +232,25 @@ class _Problem:
         every = [smooth_number(self.robust, each) for each in self.robust.objectives]
         return [n for n in every if n is not None] + [number for number, *_ in self._bounded]
 
-    def __call__(self, design: RealArray) -> tuple[RealArray, RealArray]:
-        """Return the objectives and the excess of a design, (2 + c,), and gradients (2 + c, k)."""
-        numbers, gradient = _numbers_and_gradients(self.robust, design, self._numbers)
+    def __call__(self, design: RealArray) -> tuple[RealArray, Callable[[], RealArray]]:
+        """Return the objectives and the excess of a design, and a function for their gradients.
+
+        - returns: (2 + c,), and a function that returns (2 + c, k).
+        """
+        numbers, slopes = _linearised(self.robust, design, self._numbers)
+        signs = np.ones(len(numbers))
         for row, (_, sign, bound) in enumerate(self._bounded, 2):
-            numbers[row], gradient[row] = sign * (numbers[row] - bound), sign * gradient[row]
-        if self.limits is None:
-            return numbers, gradient
-        excess = self.limits.limits.excess(self.limits.requirements(design[np.newaxis]))[0]
-        slopes = self.limits.limits.excess_slopes(self._requirement_slopes(design))
-        return np.concatenate([numbers, excess]), np.vstack([gradient, slopes])
+            numbers[row], signs[row] = sign * (numbers[row] - bound), sign
+        limits = self.limits
+        if limits is None:
+            return numbers, lambda: slopes() * signs[:, np.newaxis]
+        excess = limits.limits.excess(limits.requirements(design[np.newaxis]))[0]
+
+        def gradients() -> RealArray:
+            of_limits = limits.limits.excess_slopes(self._requirement_slopes(design))
+            return np.vstack([slopes() * signs[:, np.newaxis], of_limits])
+
+        return np.concatenate([numbers, excess]), gradients
 
     def _requirement_slopes(self, design: RealArray) -> RealArray:
         """Return the derivatives of the limited numbers of a design, shape (r, k)."""
@@ -278,39 +292,46 @@ class _Landscape:
     values: list[RealArray] = field(default_factory=list)
     beyond: list[float] = field(default_factory=list)
     excess: RealArray = field(default_factory=lambda: np.empty(0))
-    gradient: RealArray = field(default_factory=lambda: np.empty((2, 0)))
+    gradients: Callable[[], RealArray] | None = None
+    slope: RealArray = field(default_factory=lambda: np.empty((2, 0)))
 
     @property
     def n_limits(self) -> int:
         """Number c of limits."""
         return self.size.size - 2
 
-    def at(self, place: RealArray) -> tuple[RealArray, RealArray]:
-        """Return the objectives (2,) and their gradients (2, k) at a scaled design (k,)."""
+    def at(self, place: RealArray) -> RealArray:
+        """Return the objectives (2,) at a scaled design (k,)."""
         if not self.places or not np.array_equal(self.places[-1], place):
             space = self.problem.robust.space
             design = space.lower + place * (space.upper - space.lower)
-            value, gradient = self.problem(design)
+            value, self.gradients = self.problem(design)
             scaled = value / self.size
-            if np.isfinite(value).all() and np.isfinite(gradient).all():
+            if np.isfinite(scaled).all():
                 self.worst = np.fmax(self.worst, scaled[:2])
             else:
                 scaled = np.r_[self.worst + WORSE, np.full(self.n_limits, WORSE)]
-                gradient = np.zeros_like(gradient)
             self.places.append(place.copy())
             self.values.append(scaled[:2])
             self.excess = scaled[2:]
             self.beyond.append(float(np.max(self.excess, initial=-np.inf)))
-            # contiguous: SLSQP reads a strided row as if it were not
-            self.gradient = np.ascontiguousarray(
-                gradient * (space.upper - space.lower) / self.size[:, np.newaxis]
-            )
-        return self.values[-1], self.gradient[:2]
+        return self.values[-1]
 
-    def limits_at(self, place: RealArray) -> tuple[RealArray, RealArray]:
-        """Return the excess over the limits (c,) and its gradients (c, k)."""
+    def excess_at(self, place: RealArray) -> RealArray:
+        """Return the excess over the limits (c,) at a scaled design."""
         self.at(place)
-        return self.excess, self.gradient[2:]
+        return self.excess
+
+    def slope_at(self, place: RealArray) -> RealArray:
+        """Return the gradients of the objectives and the excess (2 + c, k) at a scaled design."""
+        self.at(place)
+        if self.gradients is not None:
+            space = self.problem.robust.space
+            slope = self.gradients() * (space.upper - space.lower) / self.size[:, np.newaxis]
+            # contiguous: SLSQP reads a strided row as if it were not
+            self.slope = np.ascontiguousarray(np.where(np.isfinite(slope).all(), slope, 0.0))
+            self.gradients = None
+        return self.slope
 
     def _kept(self, n: int, *, goal: float) -> list[dict[str, Any]]:
         """Return the constraints of n scaled variables, perhaps with more after them."""
@@ -319,13 +340,13 @@ class _Landscape:
         distance = MARGIN + goal
 
         def slopes(y: RealArray) -> RealArray:
-            gradient = -self.limits_at(y[:n])[1]
+            gradient = -self.slope_at(y[:n])[2:]
             return np.hstack([gradient, np.zeros((self.n_limits, len(y) - n))])
 
         return [
             {
                 "type": "ineq",
-                "fun": lambda y: -distance - self.limits_at(y[:n])[0],
+                "fun": lambda y: -distance - self.excess_at(y[:n]),
                 "jac": slopes,
             }
         ]
@@ -333,9 +354,9 @@ class _Landscape:
     def descend(self, start: RealArray, row: int, *, goal: float, steps: int) -> _Point:
         """Return where a descent of one objective ends."""
         end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
-            lambda place: self.at(place)[0][row],
+            lambda place: self.at(place)[row],
             start,
-            jac=lambda place: self.at(place)[1][row],
+            jac=lambda place: self.slope_at(place)[row],
             method="SLSQP",
             bounds=[(0.0, 1.0)] * len(start),
             constraints=self._kept(len(start), goal=goal),
@@ -351,10 +372,12 @@ class _Landscape:
         slope = np.r_[np.zeros(n), 1.0]
         constraint: dict[str, Any] = {
             "type": "ineq",
-            "fun": lambda y: y[-1] - (self.at(y[:-1])[0] - target) / box,
-            "jac": lambda y: np.hstack([-self.at(y[:-1])[1] / box[:, np.newaxis], np.ones((2, 1))]),
+            "fun": lambda y: y[-1] - (self.at(y[:-1]) - target) / box,
+            "jac": lambda y: np.hstack(
+                [-self.slope_at(y[:-1])[:2] / box[:, np.newaxis], np.ones((2, 1))]
+            ),
         }
-        first = np.max((self.at(start)[0] - target) / box)
+        first = np.max((self.at(start) - target) / box)
         end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
             lambda y: y[-1],
             np.r_[start, first],
@@ -369,7 +392,7 @@ class _Landscape:
     def point(self, place: RealArray) -> _Point:
         """Return the objectives at a place, clipped into the bounds."""
         inside = np.clip(place, 0.0, 1.0)
-        value = self.at(inside)[0]
+        value = self.at(inside)
         return _Point(inside, value, self.beyond[-1])
 
 

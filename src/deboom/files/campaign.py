@@ -51,6 +51,7 @@ from deboom.files.schema import (
     values_of,
     within,
 )
+from deboom.files.sensor_classes import completed
 from deboom.files.tables import read_table
 from deboom.files.time_data import time_functions
 from deboom.files.uff import UffFunction, write_uff
@@ -117,32 +118,43 @@ class CampaignEngine(Engine):
 
 
 class ToleranceEntry(StrictModel):
-    """Standard deviations of what the bench states only approximately."""
+    """Standard deviations of what the bench states only approximately.
+
+    What is left out is the default of its sensor's class.
+    """
 
     # of an accelerometer, per axis
-    sensor_position_m: Annotated[
-        NotNegative, within(0.0, 0.1, "nothing is placed that badly, in m: is it in mm?")
-    ]
+    sensor_position_m: (
+        Annotated[NotNegative, within(0.0, 0.1, "nothing is placed that badly, in m: is it in mm?")]
+        | None
+    ) = None
     # of an accelerometer, per axis
-    sensor_angle_rad: Annotated[
-        NotNegative, within(0.0, 0.35, "no angle is off by 20 degrees: is it in degrees?")
-    ]
+    sensor_angle_rad: (
+        Annotated[
+            NotNegative, within(0.0, 0.35, "no angle is off by 20 degrees: is it in degrees?")
+        ]
+        | None
+    ) = None
     # of an accelerometer channel [1]
-    sensor_gain: Annotated[
-        NotNegative, within(0.0, 0.5, "a relative tolerance is below 0.5: is it in percent?")
-    ]
-    sensor_cross_axis: NotNegative  # of an accelerometer channel [1]
-    acceleration_own: NotNegative  # noise per amplitude of the channel [1]
-    acceleration_norm: NotNegative  # noise per norm of the triaxial sensor [1]
-    acceleration_floor_m_s2: NotNegative  # noise at rest
-    cell_gain: NotNegative  # of a cell that no shaker calibrates [1]
-    force_own: NotNegative  # noise per amplitude of the channel [1]
-    force_norm: NotNegative  # noise per norm of the triaxial cell [1]
-    force_floor_n: NotNegative  # noise at rest
-    shaker_angle_rad: NotNegative  # of the shaker against its nominal axis, per axis
-    shaker_gain: NotNegative  # of the force the shaker states [1]
-    torque_nm: NotNegative  # of the engine, per line
-    static_force_n: NotNegative  # of the quasi-static cell force, per line
+    sensor_gain: (
+        Annotated[
+            NotNegative, within(0.0, 0.5, "a relative tolerance is below 0.5: is it in percent?")
+        ]
+        | None
+    ) = None
+    sensor_cross_axis: NotNegative | None = None  # of an accelerometer channel [1]
+    acceleration_own: NotNegative | None = None  # noise per amplitude of the channel [1]
+    acceleration_norm: NotNegative | None = None  # noise per norm of the triaxial sensor [1]
+    acceleration_floor_m_s2: NotNegative | None = None  # noise at rest
+    cell_gain: NotNegative | None = None  # of a cell that no shaker calibrates [1]
+    force_own: NotNegative | None = None  # noise per amplitude of the channel [1]
+    force_norm: NotNegative | None = None  # noise per norm of the triaxial cell [1]
+    force_floor_n: NotNegative | None = None  # noise at rest
+    # of the shaker against its nominal axis, per axis
+    shaker_angle_rad: NotNegative | None = None
+    shaker_gain: NotNegative | None = None  # of the force the shaker states [1]
+    torque_nm: NotNegative | None = None  # of the engine, per line
+    static_force_n: NotNegative | None = None  # of the quasi-static cell force, per line
 
 
 class RunEntry(StrictModel):
@@ -195,8 +207,8 @@ class CampaignFile(StrictModel):
     channel_table: RelativePath  # which UFF node and direction is which channel
     switched_off: Several[str] = ()  # channels not to be used, such as "A3 y"
     engine: CampaignEngine
-    powertrain: Powertrain  # nominal rigid-body data
-    tolerances: ToleranceEntry
+    powertrain: Powertrain | None = None  # nominal rigid-body data
+    tolerances: ToleranceEntry = ToleranceEntry()
     mounts: AtLeastOne[CampaignMount]  # in the order of the platform
     runs: Several[RunEntry] = ()  # operating runs
     shaker_runs: Several[ShakerEntry] = ()  # for the force transfer matrices
@@ -433,6 +445,12 @@ def _direction_faults(path: Path, entries: Sequence[ShakerEntry]) -> Iterator[st
 
 CAMPAIGN_FILE = "campaign.toml"
 
+UNWEIGHED = (
+    f"{CAMPAIGN_FILE} states no [powertrain]: without mass and inertia Newton's law cannot hold "
+    "forces against motion, so that intervals are wider and a faulty cell may pass; add "
+    "[powertrain] as `deboom new campaign` shows it."
+)
+
 
 @dataclass(frozen=True, eq=False)
 class _Tables:
@@ -506,6 +524,9 @@ def read_campaign(
             shaker_runs = for_each(lambda entry: _shaker_run(tables, entry), file.shaker_runs)
         with noting(tell):
             static_curves = for_each(lambda entry: _static_curve(folder, entry), curves)
+    tolerances, defaults = completed(file.tolerances, CAMPAIGN_FILE)
+    powertrain = file.powertrain
+    unweighed = "" if powertrain else UNWEIGHED
     return Campaign(
         name=file.name,
         mounts=tables.mounts,
@@ -516,15 +537,18 @@ def read_campaign(
         runs=operating_runs,
         shaker_runs=shaker_runs,
         static_curves=static_curves,
-        mass_matrix=mass_matrix(file.powertrain.mass_kg, file.powertrain.inertia_kg_m2),
-        mass_tolerance=file.powertrain.mass_tolerance_kg,
-        inertia_tolerance=file.powertrain.inertia_tolerance,
-        centre_of_gravity_tolerance=file.powertrain.centre_of_gravity_tolerance_m,
+        mass_matrix=mass_matrix(powertrain.mass_kg, powertrain.inertia_kg_m2)
+        if powertrain
+        else None,
+        mass_tolerance=powertrain.mass_tolerance_kg if powertrain else 0.0,
+        inertia_tolerance=powertrain.inertia_tolerance if powertrain else 0.0,
+        centre_of_gravity_tolerance=powertrain.centre_of_gravity_tolerance_m if powertrain else 0.0,
         total_ratios=file.engine.total_ratios,
         order=file.engine.dominant_order,
-        tolerances=Tolerances(**values_of(file.tolerances)),
+        tolerances=Tolerances(**values_of(tolerances)),
         input_files=(*tables.paths, *with_their_tables(folder / name for name in read)),
         excited=file.engine.loads,
+        assumed=tuple(filter(None, (defaults, unweighed))),
     )
 
 

@@ -45,7 +45,6 @@ from deboom.files.schema import (
     load_toml,
     refuse_all,
     same_file,
-    values_of,
     within,
 )
 from deboom.files.vehicle import EarEntry, far_from_its_point
@@ -61,7 +60,6 @@ from deboom.measurement.component_test import (
     refuse_wrong_sheets,
 )
 from deboom.measurement.noise_transfer import PRESSURE_PER_FORCE
-from deboom.measurement.sensors import PlacementTolerances
 from deboom.measurement.uncertainty import DB_PER_NEPER
 from deboom.measurement.virtual_point import RIGID_MOTIONS
 
@@ -111,7 +109,7 @@ class ComponentTestFile(StrictModel):
     on_board: Several[Title] = ()  # accelerometers that inversions leave out, for validation
     source_impacts: Several[Title] = ()  # hits on the source, away from its interface
     free_accelerance: RelativePath | None = None  # UFF: the source alone, hung up freely
-    tolerances: ToleranceSection  # of everything placed and struck
+    tolerances: ToleranceSection = ToleranceSection()  # of everything placed and struck
     deviations: SpectrumDeviations  # how well the spectra in operation are known
     points: AtLeastOne[PointSection]  # interface, complete
     ears: AtLeastOne[EarEntry]  # targets
@@ -183,7 +181,7 @@ def read_component_test(folder: Path | str) -> ComponentTest:
         files.append(folder / file.free_accelerance)
         free = read_inertances(files[-1], at_points)
     read = [path, *tables, *files, *(folder / entry.spectra for entry in file.runs)]
-    tolerances = PlacementTolerances(**values_of(file.tolerances))
+    tolerances, assumed = file.tolerances.placement(COMPONENT_FILE)
     with naming(path):
         test = ComponentTest(
             name=file.title,
@@ -198,6 +196,7 @@ def read_component_test(folder: Path | str) -> ComponentTest:
             n_averages=file.hits_per_impact,
             runs=runs,
             tolerances=tolerances,
+            assumed=assumed,
             microphone=file.deviations.microphone_db / DB_PER_NEPER,
             free=free,
             input_files=with_their_tables(read),
@@ -358,7 +357,7 @@ class ReceiverFile(StrictModel):
     impact_table: RelativePath  # CSV, or sheet "impacts" of an Excel file
     accelerance: RelativePath  # UFF: acceleration per force of every hit, source taken out
     pressure: RelativePath  # UFF: pressure per force of every hit, source taken out
-    tolerances: ToleranceSection  # of everything placed and struck
+    tolerances: ToleranceSection = ToleranceSection()  # of everything placed and struck
     points: AtLeastOne[ReceiverPointSection]
     ears: AtLeastOne[EarEntry]
     runs: Several[ReceiverRunSection] = ()  # with the source in place, for comparison only
@@ -438,7 +437,7 @@ def read_receiver(folder: Path | str) -> ReceiverTest:
             measured=measured,
             input_files=with_their_tables(read),
         )
-    tolerances = PlacementTolerances(**values_of(file.tolerances))
+    tolerances, _ = file.tolerances.placement(RECEIVER_FILE)
     refuse_other_functions_of_points(points, accelerance, str(files[0]))
     refuse_wrong_sheets(points, accelerance, tolerances, str(tables[0]))
     return receiver

@@ -33,13 +33,11 @@ from deboom.files.schema import (
     noting,
     refuse_all,
     telling,
-    values_of,
 )
 from deboom.files.vehicle import EarEntry, far_from_its_point
 from deboom.measurement.channels import Frf, refuse_window
 from deboom.measurement.electric_car import ElectricCar, PointKind, TransferPoint
 from deboom.measurement.noise_transfer import PRESSURE_PER_FORCE
-from deboom.measurement.sensors import PlacementTolerances
 
 ELECTRIC_CAR_FILE = "car.toml"
 
@@ -66,7 +64,7 @@ class ElectricCarFile(StrictModel):
     accelerance: RelativePath  # UFF: acceleration on the body per force of the hammer
     hits_per_impact: Number  # how many hits the functions average
     ear: EarEntry  # the microphone, called as in operation.toml
-    tolerances: ToleranceSection  # of everything placed and struck on the body
+    tolerances: ToleranceSection = ToleranceSection()  # of everything placed and struck on the body
     points: AtLeastOne[PointSection]  # all mounts, and the ends of the hoses
 
     def faults(self) -> Iterator[str]:
@@ -141,6 +139,7 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
     for file_path, functions in zip(files, (pressure, accelerance), strict=True):
         refuse_window(functions.added_decay_rate, str(file_path))
     operation = read_operating_test(folder)
+    tolerances, assumed = file.tolerances.placement(ELECTRIC_CAR_FILE)
     with naming(path):
         return ElectricCar(
             name=file.name,
@@ -160,7 +159,8 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
             coherence=coherence,
             n_averages=file.hits_per_impact,
             accelerance=accelerance,
-            tolerances=PlacementTolerances(**values_of(file.tolerances)),
+            tolerances=tolerances,
+            assumed=(*assumed, *operation.hammer.assumed),
             input_files=with_their_tables([path, *tables, *files, *operation.input_files]),
         )
 

@@ -81,6 +81,7 @@ def _campaign(folder: Path) -> Iterator[tuple[str, str]]:
     yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz of order {held.order:g}"
     yield "shaker", f"{len(held.shaker_runs)} runs"
     yield "curves", f"{len(held.static_curves)} of suppliers"
+    yield from _assumed(held.assumed)
 
 
 def _vehicle(folder: Path) -> Iterator[tuple[str, str]]:
@@ -108,6 +109,7 @@ def _compressor(folder: Path) -> Iterator[tuple[str, str]]:
             f"decay of {rate:g} 1/s: for a free body only, identify refuses it on mounts",
         )
     yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
+    yield from _assumed(held.assumed)
 
 
 def _operation(folder: Path) -> Iterator[tuple[str, str]]:
@@ -120,6 +122,7 @@ def _operation(folder: Path) -> Iterator[tuple[str, str]]:
         lines = sweep.acceleration.frequency
         yield "sweep", f"{sweep.name}: {60 * lines[0]:.0f} to {60 * lines[-1]:.0f} rpm"
     yield "hoses", ", ".join(hose.name for hose in held.hoses) or "no drawing"
+    yield from _assumed(held.hammer.assumed)
 
 
 def _car(folder: Path) -> Iterator[tuple[str, str]]:
@@ -129,6 +132,8 @@ def _car(folder: Path) -> Iterator[tuple[str, str]]:
     yield "car", f"{held.name}, {held.ear}"
     yield "points", ", ".join(f"{point.name} ({point.kind.value})" for point in held.points)
     yield from _operation(folder)
+    of_hammer = held.operation.hammer.assumed
+    yield from _assumed([sentence for sentence in held.assumed if sentence not in of_hammer])
 
 
 def _component(folder: Path) -> Iterator[tuple[str, str]]:
@@ -146,6 +151,12 @@ def _component(folder: Path) -> Iterator[tuple[str, str]]:
     yield "free source", "measured" if held.free is not None else "not measured"
     yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
     yield "runs", ", ".join(run.name for run in held.runs)
+    yield from _assumed(held.assumed)
+
+
+def _assumed(sentences: Sequence[str]) -> Iterator[tuple[str, str]]:
+    for sentence in sentences:
+        yield "ASSUMED", sentence
 
 
 def _hammer(folder: Path) -> Iterator[tuple[str, str]]:

@@ -34,6 +34,7 @@ from deboom.files.schema import (
     telling,
     values_of,
 )
+from deboom.files.sensor_classes import completed
 from deboom.files.tables import read_table
 from deboom.files.uff import read_uff
 from deboom.measurement.channels import Frf
@@ -151,14 +152,25 @@ INERTANCE_TEST_FILE = "compressor_test.toml"
 
 
 class ToleranceSection(StrictModel):
-    """Standard deviations of what is stated only approximately."""
+    """Standard deviations of what is stated only approximately.
 
-    sensor_gain: GainTolerance  # of each channel, relative [1]
-    sensor_position_m: PlaceTolerance  # per axis
-    sensor_angle_deg: Positive  # per axis
-    hammer_gain: GainTolerance  # common to all impacts, relative [1]
-    impact_position_m: PlaceTolerance  # per axis
-    impact_angle_deg: Positive  # per axis
+    What is left out is the default of its sensor's class.
+    """
+
+    sensor_gain: GainTolerance | None = None  # of each channel, relative [1]
+    sensor_position_m: PlaceTolerance | None = None  # per axis
+    sensor_angle_deg: Positive | None = None  # per axis
+    hammer_gain: GainTolerance | None = None  # common to all impacts, relative [1]
+    impact_position_m: PlaceTolerance | None = None  # per axis
+    impact_angle_deg: Positive | None = None  # per axis
+
+    def placement(self, file: str) -> tuple[PlacementTolerances, tuple[str, ...]]:
+        """Return the tolerances, in SI, and a sentence on those that are defaults.
+
+        - `file`: name of the file, for the sentence.
+        """
+        section, defaults = completed(self, file)
+        return PlacementTolerances(**values_of(section)), (defaults,) if defaults else ()
 
 
 class DrawingSection(StrictModel):
@@ -193,7 +205,7 @@ class InertanceTestFile(StrictModel):
     band_hz: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
     weighed_mass_kg: Positive | None = None  # sensors and brackets included
     weighed_mass_deviation_kg: Positive | None = None  # 1 σ of it
-    tolerances: ToleranceSection
+    tolerances: ToleranceSection = ToleranceSection()
     drawing: DrawingSection | None = None  # nominal values
     mounts: Several[DrawnMountSection] = ()  # of the drawing
 
@@ -285,6 +297,7 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
     else:
         frf, coherence, n_averages, read = _from_frfs(folder, file, places)
         doubts = ()
+    tolerances, assumed = file.tolerances.placement(INERTANCE_TEST_FILE)
     with naming(folder):
         drawing = None
         if file.drawing is not None:
@@ -301,12 +314,13 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
             frf=frf,
             coherence=coherence,
             n_averages=n_averages,
-            tolerances=PlacementTolerances(**values_of(file.tolerances)),
+            tolerances=tolerances,
             weighed_mass=file.weighed_mass_kg,
             weighed_mass_deviation=file.weighed_mass_deviation_kg or 0.0,
             drawing=drawing,
             input_files=tuple(dict.fromkeys([path, *tables, *read])),
             doubts=doubts,
+            assumed=assumed,
         )
 
 

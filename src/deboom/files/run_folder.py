@@ -16,7 +16,7 @@ import re
 import secrets
 import shutil
 import subprocess
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -351,9 +351,23 @@ class RunEntry:
         return Run(self.folder, self.record["seed"], created=())
 
 
-def readable_runs(results: Path) -> tuple[tuple[RunEntry, ...], tuple[InputError, ...]]:
+def read_record(path: Path) -> dict[str, Any]:
+    """Return what a ``run.json`` says.
+
+    - raises InputError: a file that is damaged or gone.
+    """
+    record = read_json(path, "the record of this run is damaged")
+    for sentence in wrong_entries(_Record, record):
+        raise InputError(f"{path}: {sentence}; the record of this run is damaged")
+    return record
+
+
+def readable_runs(
+    results: Path, read: Callable[[Path], dict[str, Any]] = read_record
+) -> tuple[tuple[RunEntry, ...], tuple[InputError, ...]]:
     """Return all runs whose record can be read, and what is wrong with the others.
 
+    - `read`: returns a record, such as one that reads only what has changed.
     - raises InputError: There is no such folder.
     """
     if not results.is_dir():
@@ -361,7 +375,7 @@ def readable_runs(results: Path) -> tuple[tuple[RunEntry, ...], tuple[InputError
     entries, damaged = [], []
     for path in sorted(results.glob(f"*/[!.]*/{RECORD}")):
         try:
-            entries.append(RunEntry(path.parent, _read(path)))
+            entries.append(RunEntry(path.parent, read(path)))
         except InputError as error:
             damaged.append(error)
     return tuple(entries), tuple(damaged)
@@ -405,7 +419,7 @@ def read_run(folder: str | Path) -> RunEntry:
         )
     for place in (*named, folder, folder.parent):
         if (place / RECORD).is_file():
-            return RunEntry(place, _read(place / RECORD))
+            return RunEntry(place, read_record(place / RECORD))
     raise InputError(f"{folder} is no run folder: it has no {RECORD}; `deboom list` shows all runs")
 
 
@@ -474,7 +488,7 @@ def find_run(out: Path, study: str, wanted: str) -> RunEntry:
     ]
     for folder in candidates:
         if (folder / RECORD).is_file():
-            entry = RunEntry(folder, _read(folder / RECORD))
+            entry = RunEntry(folder, read_record(folder / RECORD))
             if entry.record.get("study") != study:
                 raise InputError(
                     f"run {wanted} belongs to the study {entry.record.get('study')}, not to {study}"
@@ -496,13 +510,6 @@ class _Record(BaseModel):
     headlines: dict[str, Any] | None = None
     inputs_sha256: dict[str, str] | None = None
     files_sha256: dict[str, str] | None = None
-
-
-def _read(path: Path) -> dict[str, Any]:
-    record = read_json(path, "the record of this run is damaged")
-    for sentence in wrong_entries(_Record, record):
-        raise InputError(f"{path}: {sentence}; the record of this run is damaged")
-    return record
 
 
 AnyArray = npt.NDArray[Any]

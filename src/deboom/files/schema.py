@@ -216,11 +216,17 @@ Inertia = Annotated[Matrix3, AfterValidator(_symmetric_positive)]
 _UNIT = re.compile(r"_(deg|rad|hz|kg(_m2|_per_m)?|m(_s2)?|nm|n(_m2|_per_m)?)$")
 
 
+def key_without_unit(key: str) -> str:
+    """Return the name of what a key states, such as ``mass`` for ``mass_kg``."""
+    return _UNIT.sub("", key)
+
+
 def values_of(entry: StrictModel) -> dict[str, Any]:
     """Return the values of a section by their keys without the unit, in SI."""
     values = {}
     for key, value in entry:
-        values[_UNIT.sub("", key)] = np.deg2rad(value).tolist() if key.endswith("_deg") else value
+        in_si = np.deg2rad(value).tolist() if key.endswith("_deg") else value
+        values[key_without_unit(key)] = in_si
     return values
 
 

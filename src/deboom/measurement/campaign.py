@@ -201,11 +201,12 @@ class Campaign:
       a body of its own with its own sensor, and needs no virtual point of the powertrain.
     - `shaker_runs`: at the virtual points, three axes for each mount (piece) that occurs.
     - `mass_matrix` (6, 6): mass matrix of the powertrain at its centre of gravity, from the data
-      sheet [kg, kg m²].
+      sheet [kg, kg m²]; None where it is not stated.
     - `excited`: loads ``fx`` … ``mz`` of unknown size that act on the powertrain besides its mounts
       at this order, see `excited_loads`.
     - `mass_tolerance`, `inertia_tolerance`, `centre_of_gravity_tolerance`: half widths [kg], of
       entry ij relative to ``√(J_ii J_jj)`` [1], per axis [m].
+    - `assumed`: sentences on what nobody stated and defaults stand in for.
     """
 
     name: str
@@ -217,7 +218,7 @@ class Campaign:
     runs: tuple[OperatingRun, ...]
     shaker_runs: tuple[ShakerRun, ...]
     static_curves: tuple[StaticCurve, ...]
-    mass_matrix: RealArray
+    mass_matrix: RealArray | None
     mass_tolerance: float
     inertia_tolerance: float
     centre_of_gravity_tolerance: float
@@ -226,6 +227,7 @@ class Campaign:
     tolerances: Tolerances
     input_files: tuple[Path, ...]
     excited: tuple[str, ...] = TORQUE_ALONE
+    assumed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         unknown = [name for name in self.excited if name not in RIGID_LOADS]
@@ -234,6 +236,16 @@ class Campaign:
                 f"campaign {self.name}: the powertrain is excited by {list(self.excited)}: name "
                 f"one to five of {', '.join(RIGID_LOADS)}; the rest balances the mounts"
             )
+
+    def needed_mass_matrix(self, purpose: str) -> RealArray:
+        """Return the mass matrix for what cannot do without; InputError: it is not stated."""
+        if self.mass_matrix is None:
+            raise InputError(
+                f"campaign {self.name}: {purpose} needs the powertrain's mass and inertia, which "
+                "no default stands in for: add a section [powertrain] with mass_kg, inertia_kg_m2 "
+                "and their tolerances to campaign.toml"
+            )
+        return self.mass_matrix
 
     def runs_of(self, mount_set: str) -> tuple[OperatingRun, ...]:
         """Return the runs with one mount set on the bench; an unknown one raises InputError."""

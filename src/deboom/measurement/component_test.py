@@ -177,6 +177,7 @@ class ComponentTest:
     microphone: float = 0.0
     free: Frf | None = None
     input_files: tuple[Path, ...] = ()
+    assumed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check_points(self.points, self.accelerance, self.name)

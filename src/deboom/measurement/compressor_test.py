@@ -91,6 +91,7 @@ class InertanceTest:
       … 1 [1].
     - `weighed_mass`: mass of the body from a pair of scales; None if it was not weighed [kg].
     - `doubts`: sentences on what the hits leave in doubt, such as responses that had not decayed.
+    - `assumed`: sentences on what nobody stated and defaults stand in for.
     """
 
     name: str
@@ -105,6 +106,7 @@ class InertanceTest:
     drawing: Drawing | None = None
     input_files: tuple[Path, ...] = ()
     doubts: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.frf.frequency[0] > 0:

@@ -89,6 +89,7 @@ class ElectricCar:
     - `pressure`: output is the ear, inputs are the impacts of all points, in their order; struck
       with the compressor taken out [Pa/N].
     - `coherence` (n_frequency, 1, n_impact): ordinary coherence of `pressure`, 0 … 1 [1].
+    - `assumed`: sentences on what nobody stated and defaults stand in for.
     """
 
     name: str
@@ -101,6 +102,7 @@ class ElectricCar:
     accelerance: Frf
     tolerances: PlacementTolerances
     input_files: tuple[Path, ...] = ()
+    assumed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         refuse_doubled([point.name for point in self.points], f"point of car {self.name}")

@@ -212,10 +212,19 @@ def _in_words(motion: RealArray, geometry: ChannelGeometry) -> str:
     shift, turn = motion[:3], motion[3:]
     angle = float(np.linalg.norm(turn))
     if angle == 0 or angle * geometry.length < 0.1 * np.linalg.norm(shift):
-        return f"translation along {_vector(shift / np.linalg.norm(shift))}"
-    axis = turn / angle
-    on_axis = geometry.position + np.cross(axis, shift) / angle
+        return f"translation along {_vector(_along(shift))}"
+    axis = _along(turn)
+    on_axis = geometry.position + np.cross(turn, shift) / angle**2
     return f"rotation about the axis {_vector(axis)} through {_vector(on_axis)} m"
+
+
+def _along(vector: RealArray) -> RealArray:
+    """Return the unit vector along a line, whose first large component is positive.
+
+    The sign of a singular vector is arbitrary: another library takes another one.
+    """
+    large = np.flatnonzero(np.abs(vector) > 0.5 * np.max(np.abs(vector)))[0]
+    return np.asarray(vector * np.sign(vector[large]) / np.linalg.norm(vector))
 
 
 def _vector(values: RealArray) -> str:

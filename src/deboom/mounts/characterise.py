@@ -17,6 +17,7 @@ from deboom.measurement.campaign import Campaign, MeasuredMount, OperatingRun
 from deboom.measurement.culprit import culprit_of_responses, explain_rotation_order
 from deboom.measurement.quality import LARGEST_INCONSISTENCY, geometric_consistency
 from deboom.mounts.characterised_mount import (
+    ASSUMED,
     FORCE_PER_TORQUE,
     CampaignRecord,
     CharacterisedDirection,
@@ -196,6 +197,8 @@ class Characterisation(Tabled):
                 "self-calibration": options.self_calibration,
                 FORCE_PER_TORQUE: float(np.vdot(torque, force) / np.vdot(torque, torque)),
             }
+            if self.campaign.assumed:
+                settings[ASSUMED] = " ".join(self.campaign.assumed)
         return CharacterisedDirection(
             axis=axis,
             map_points=MapPoints(
@@ -225,16 +228,7 @@ def measuring_chains(
     - raises InputError: sensors that do not determine the motion of their body, a dead channel, a
       faulty one that the others convict, shaker runs that do not determine the force.
     """
-    third = math.sqrt(3)
-    free_body = FreeBody(
-        mass_matrix=campaign.mass_matrix,
-        # half widths within which any value is as likely
-        mass_deviation=campaign.mass_tolerance / third,
-        inertia_deviation=campaign.inertia_tolerance / third,
-        centre_deviation=campaign.centre_of_gravity_tolerance / third,
-        excited=campaign.excited,
-        excitation_deviation=options.excitation_deviation,
-    )
+    free_body = _free_body(campaign, options)
     chains = []
     with threadpool_limits(1):  # its matrices are too small to share
         for body in instrumented_bodies(campaign):
@@ -249,6 +243,22 @@ def measuring_chains(
             else:
                 chains.append(stated_alignment(stated))
     return tuple(chains)
+
+
+def _free_body(campaign: Campaign, options: CharacteriseOptions) -> FreeBody | None:
+    """Return the powertrain as Newton's law needs it; None where its mass is not stated."""
+    if campaign.mass_matrix is None:
+        return None
+    third = math.sqrt(3)
+    return FreeBody(
+        mass_matrix=campaign.mass_matrix,
+        # half widths within which any value is as likely
+        mass_deviation=campaign.mass_tolerance / third,
+        inertia_deviation=campaign.inertia_tolerance / third,
+        centre_deviation=campaign.centre_of_gravity_tolerance / third,
+        excited=campaign.excited,
+        excitation_deviation=options.excitation_deviation,
+    )
 
 
 def characterise(

@@ -19,6 +19,8 @@ from deboom.mounts.response_surface import DynamicStiffnessSurface
 Setting = str | int | float | bool | None
 FORCE_PER_TORQUE = "static force per wheel torque [N/(N m)]"
 """Setting of a surface: static force of one piece per wheel torque, over all lines of its runs."""
+ASSUMED = "assumed"
+"""Setting of a surface that rests on defaults nobody stated: which ones, in words."""
 LONGEST_TEXT = 255
 """Characters that a name or a description may have."""
 

@@ -84,6 +84,7 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
     place = ", ".join(f"{1e3 * value:.1f}".replace("-", "−") for value in model.centre)
     report.tile(f"{place} mm", "centre of gravity, axes of the position sheet")
     report.warn(*identification.alarms)
+    report.assume(*identification.test.assumed)
     if identification.test.weighed_mass is None:
         report.warn(
             "The compressor was not weighed: its mass, inertia and stiffness are known no better "

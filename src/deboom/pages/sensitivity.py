@@ -113,7 +113,8 @@ class Sensitivity:
 
     - `label`, `inputs`: of the ranked analysis; `indices`: of every vehicle, by SALib.
     - `by_mount`: with the variables of each mount as one; None for a single mount.
-    - `beside`: of the same vehicles, first and total, by label of what differs.
+    - `beside`: other analyses of the same vehicles: first-order and total indices, by the label of
+      what the analysis varies.
     - `lines`: of every vehicle and line, vehicle by vehicle, first and total.
     - `pairs`: of every vehicle and two variables; None where nobody wants them.
     - `prescribed`: as `indices`, with the motion as measured; None where `index` has it so.

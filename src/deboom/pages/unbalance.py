@@ -81,6 +81,7 @@ def unbalance_report(
         )
     alarms = (*evaluation.identification.alarms, *evaluation.alarms)
     report.warn(*alarms, *evaluation.notices)
+    report.assume(*measured.test.hammer.assumed)
     report.summary |= {
         "route": chosen.route.letter,
         "u_stat_g_mm": 1e6 * abs(static.value),
@@ -140,8 +141,8 @@ def _procedure(report: Report, measured: MeasuredUnbalance) -> None:
         f"{100 * evaluation.options.confidence:g} %. They include noise of sweeps and hammer test, "
         "what the hammer test leaves open of placement and calibration, and what the mounts may "
         "have changed between hammer and operation.\n\n"
-        f"No rigid motion explains at most {apart:.2g} % of the channels at any speed: more tells "
-        "a bending body, a loose sensor or a wrong sheet.",
+        f"At most {apart:.2g} % of the measured acceleration is no rigid motion, at any speed; a "
+        "larger share would mean a bending body, a loose sensor or a wrong position sheet.",
         folded=True,
     )
 

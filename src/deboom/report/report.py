@@ -249,6 +249,14 @@ class Report:
         new = [sentence for sentence in sentences if sentence]
         self.warnings = list(dict.fromkeys((*self.warnings, *new)))
 
+    def assume(self, *sentences: str) -> None:
+        """Say what nobody stated and defaults stand in for: as `warn`, and in the run's record."""
+        self.warn(*sentences)
+        for sentence in filter(None, sentences):
+            said = str(self.facts.get("assumed", ""))
+            if sentence not in said:
+                self.facts["assumed"] = f"{said} {sentence}".strip()
+
     def explain(self, *terms: str) -> None:
         """Explain words on the page.
 

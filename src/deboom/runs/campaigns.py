@@ -96,6 +96,7 @@ def described(result: Characterisation) -> str:
     """Say in a few lines how far each direction of a mount set may be believed."""
     lines = [f"mount set {result.mount_set}, {len(result.runs)} runs"]
     lines += [f"  ALARM: {alarm}" for alarm in result.alarms]
+    lines += [f"  ASSUMED: {sentence}" for sentence in result.campaign.assumed]
     for name, direction in result.directions.items():
         if direction.budget is None:
             lines.append(f"  {name:8} not identified: {direction.complaint or 'no error budget'}")
@@ -229,6 +230,7 @@ def given_vehicles(
             f"{folder}: the vehicles' mount set '{mount_set}' was not on the bench, use one of "
             f"{list(campaign.mount_sets)}"
         )
+    campaign.needed_mass_matrix("the motion of the engine in a vehicle")  # before long work
     benches = bench_sets(campaign, road.gear, road.torque_limit, progress)
     progress(len(benches), len(benches), "")
     files = [path for car in folders for path in sorted(car.rglob("*")) if path.is_file()]

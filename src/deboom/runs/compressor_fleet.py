@@ -235,6 +235,11 @@ class MountedFleet:
             alarms = (*alarms, left_out)
         return alarms
 
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """Which tolerances of the tests are defaults, in words."""
+        return tuple(sentence for car in self.fleet.cars for sentence in car.assumed)
+
 
 def mounted_fleet(
     fleet: CompressorFleet,

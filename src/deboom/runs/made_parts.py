@@ -43,7 +43,7 @@ from deboom.vehicles.design_factor import factor_space
 REFERENCE = 0.15
 """Tolerance whose price is 1 per direction unless a table says otherwise [1]."""
 ROUNDS = 5
-"""How often a share that new draws do not confirm is asked for again, a little higher or lower."""
+"""Searches at most: if new draws do not confirm a share, the next search asks for another one."""
 CLOSE = 0.002
 """How much more than the wanted share is not worth another round [1]."""
 ONE_SIDED_95 = 1.644854

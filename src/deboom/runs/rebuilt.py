@@ -29,7 +29,7 @@ from deboom.runs.search import ThoroughSearchOptions
 from deboom.vehicles.booming_model import BoomingModel
 
 BUDGET = {*SAME_RESULT, *(item.name for item in fields(ThoroughSearchOptions))}
-"""Options of a search, of which no model knows."""
+"""Options that say how long is searched: a model is built without them."""
 
 
 def prepared_again(

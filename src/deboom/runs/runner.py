@@ -54,7 +54,7 @@ from deboom.files.run_folder import (
 from deboom.report import PAGE, SUMMARY, Report
 from deboom.runs.options import expanded, filled, is_lone_flag, is_positional
 from deboom.runs.overview import command_of, refresh_overview
-from deboom.runs.progress import one_sentence_errors
+from deboom.runs.progress import assumptions, one_sentence_errors
 from deboom.runs.result import RunContext
 
 PACKAGES = (
@@ -203,9 +203,11 @@ class Study:
     def report(self, arguments: Mapping[str, Any], context: RunContext | None = None) -> Report:
         """Run the study with these options; the others have their defaults."""
         options = filled(self.module.Options(), arguments)
-        report = self.module.run(self.module.prepare(options), options, context)
+        with assumptions() as assumed:
+            report = self.module.run(self.module.prepare(options), options, context)
         if not isinstance(report, Report):
             raise InputError(f"{self.path}: run(model, options, context) returns no Report")
+        report.assume(*assumed)
         return report
 
 

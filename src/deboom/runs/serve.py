@@ -31,7 +31,7 @@ from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.front import nondominated
 from deboom.files.disk import read_json
-from deboom.files.run_folder import CheckpointFolder, RunEntry, readable_runs
+from deboom.files.run_folder import CheckpointFolder, RunEntry, read_record, readable_runs
 from deboom.names import path_inside
 from deboom.report.live_results import live_results_page
 from deboom.runs.overview import options, run_cards
@@ -46,9 +46,11 @@ _GUARDS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
-# A page of a results folder may come from elsewhere: its scripts open no connection.
+# A page of a results folder may come from elsewhere: it gets an origin of its own, so that it
+# reads nothing of this address, neither by a connection nor through a frame or a window.
 _PAGE_GUARDS = {
-    "Content-Security-Policy": "connect-src 'none'; form-action 'none'; frame-ancestors 'none'"
+    "Content-Security-Policy": "sandbox allow-scripts allow-downloads; connect-src 'none'; "
+    "frame-src 'none'; form-action 'none'; frame-ancestors 'none'"
 }
 
 
@@ -113,16 +115,18 @@ class ResultsFolder:
 
     - `folder`: of all results.
     - `searches`: progress of each search that was looked at, so that a file is read once.
-    - `reading`: held while one is updated; several pages may ask at once.
+    - `records`: by path, each ``run.json`` with the time and size that it had when it was read.
+    - `reading`: held while a search is updated; several pages may ask at once.
     """
 
     folder: Path
     searches: dict[Path, SearchProgress] = field(default_factory=dict)
+    records: dict[Path, tuple[tuple[int, int], dict[str, Any]]] = field(default_factory=dict)
     reading: threading.Lock = field(default_factory=threading.Lock)
 
     def runs(self) -> dict[str, Any]:
         """Return every run of the folder, and what could not be read."""
-        entries, damaged = readable_runs(self.folder)
+        entries, damaged = readable_runs(self.folder, self.record)
         cards = run_cards(entries, self.folder)
         runs = [
             {
@@ -137,6 +141,21 @@ class ResultsFolder:
         ]
         return {"runs": runs, "problems": [str(error) for error in damaged]}
 
+    def record(self, path: Path) -> dict[str, Any]:
+        """Return what a ``run.json`` says, which is read again when it has changed.
+
+        - raises InputError: a file that is damaged or gone.
+        """
+        try:
+            status = path.stat()
+        except OSError:  # taken away since the folder was listed, which the reader words
+            return read_record(path)
+        changed = status.st_mtime_ns, status.st_size
+        kept = self.records.get(path)
+        if kept is None or kept[0] != changed:
+            kept = self.records[path] = changed, read_record(path)
+        return kept[1]
+
     def search(self, run: str) -> dict[str, Any]:
         """Return the searches of a run as they are now.
 
@@ -145,7 +164,7 @@ class ResultsFolder:
         folder = path_inside(self.folder, run)
         if not (folder / "run.json").is_file():
             raise InputError(f"{self.folder} has no run {run}: `deboom list` shows them")
-        record = read_json(folder / "run.json", "start a new run")
+        record = self.record(folder / "run.json")
         planned = record.get("arguments", {}).get("generations")
         searches = []
         for facts in sorted(folder.glob("*/search.json")):

@@ -464,6 +464,13 @@ def _batch(
     seed: int,
 ) -> Batch:
     name, mount, axes = which
+    for member in members:
+        lacking = [axis for axis in axes if axis not in member.factors]
+        if lacking:
+            raise InputError(
+                f"part '{member.part.name}': {mount} {lacking[0]} was not measured, and the box "
+                "limits it: measure it"
+            )
     measured = np.array([[member.factors[axis] for axis in axes] for member in members])
     variables = [demand.variable(f"{mount} {axis}") for axis in axes]
     capabilities: dict[str, Capability] = {}

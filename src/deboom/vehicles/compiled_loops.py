@@ -24,7 +24,7 @@ from deboom.vehicles.amplitude_motion import CALM, CALMER, LEAST_STEP, MOST_STEP
 
 PRESCRIBED_LANES = 128
 COUPLED_LANES = 64
-FLEXIBLE_LANES = 16
+FLEXIBLE_LANES = 32
 """Designs side by side: the buffers of the loops stay in the first-level cache."""
 
 SLOPE_LANES, FEW_LANES = 64, 16
@@ -293,80 +293,45 @@ def coupled_loop(
 
 
 @lru_cache
-def flexible_loop(n_springs: int) -> Callable[..., None]:
+def flexible_loop(n_springs: int, lanes: int) -> Callable[..., None]:
     """Return the loop for coupled motion with the receptance of every body.
 
     It reads factors (chunk, k, lane) and `FlexibleTables`, and writes as `prescribed_loop` does.
-    Per line and vehicle ``p = Yᵀ (diag(1/(x K)) + Y_S + Y_B)⁻¹ u_free``: symmetric elimination
-    (LDLᵀ) with both vectors at its side, without substituting back. No pivoting: springs with
-    losses keep the pivots away from zero.
+    Per line and vehicle ``p = Yᵀ (diag(1/(x K)) + Y_S + Y_B)⁻¹ u_free``, see `_eliminate`.
     """
-    lanes = FLEXIBLE_LANES
+    n_entries = n_springs * (n_springs + 5) // 2
 
     @_compile
     def run(factors, tables, products, trusted):  # type: ignore[no-untyped-def]
         n_lines, n_vehicles = tables.joined.shape[:2]
         inverse_factor = np.empty((n_springs, lanes))
-        spring_flexibility = np.empty((n_springs, 2, lanes))
-        # columns of the matrix with both vectors below each, and a copy of the pivot's column
-        z = np.empty((n_springs, n_springs + 2, 2, lanes))
-        pivot_column = np.empty((n_springs + 2, 2, lanes))
-        inverse = np.empty((2, lanes))
-        share = np.empty((2, lanes))
+        flexibility = np.empty((n_springs, 2, lanes))
+        z = np.empty((n_entries, 2, lanes))
+        pair = np.empty((2, n_springs + 2, 2, lanes))
+        scaled = np.empty((2, n_springs + 2, 2, lanes))
+        first = np.empty((2, lanes))
         pressure = np.empty((2, lanes))
         product = np.empty((n_vehicles, lanes))
         for chunk in range(factors.shape[0]):
             products[chunk] = 1.0
             product[:] = 1.0
-            for s in range(n_springs):
-                for lane in range(lanes):
-                    inverse_factor[s, lane] = 1.0 / factors[chunk, tables.variables[s], lane]
+            _invert_factors(factors[chunk], tables.variables, inverse_factor, lanes)
             for line in range(n_lines):
-                for s in range(n_springs):
-                    real = tables.compliance[line, s].real
-                    imag = tables.compliance[line, s].imag
-                    for lane in range(lanes):
-                        spring_flexibility[s, 0, lane] = inverse_factor[s, lane] * real
-                        spring_flexibility[s, 1, lane] = inverse_factor[s, lane] * imag
+                _give_way(tables.compliance[line], inverse_factor, flexibility, lanes)
                 for vehicle in range(n_vehicles):
-                    for column in range(n_springs):
-                        for row in range(column, n_springs + 2):
-                            for part in range(2):
-                                z[column, row, part] = tables.joined[
-                                    line, vehicle, column, row, part
-                                ]
-                        for part in range(2):
-                            for lane in range(lanes):
-                                z[column, column, part, lane] += spring_flexibility[
-                                    column, part, lane
-                                ]
-                    pressure[:] = 0.0
-                    for pivot in range(n_springs):
-                        pivot_column[pivot:] = z[pivot, pivot:]
-                        for lane in range(lanes):
-                            real, imag = pivot_column[pivot, 0, lane], pivot_column[pivot, 1, lane]
-                            size = 1.0 / (real * real + imag * imag)
-                            inverse[0, lane], inverse[1, lane] = real * size, -imag * size
-                        for lane in range(lanes):
-                            a = pivot_column[n_springs, 0, lane]
-                            b = pivot_column[n_springs, 1, lane]
-                            c, d = inverse[0, lane], inverse[1, lane]
-                            e, f = a * c - b * d, a * d + b * c
-                            c = pivot_column[n_springs + 1, 0, lane]
-                            d = pivot_column[n_springs + 1, 1, lane]
-                            pressure[0, lane] += e * c - f * d
-                            pressure[1, lane] += e * d + f * c
-                        for column in range(pivot + 1, n_springs):
-                            for lane in range(lanes):
-                                a, b = pivot_column[column, 0, lane], pivot_column[column, 1, lane]
-                                c, d = inverse[0, lane], inverse[1, lane]
-                                share[0, lane], share[1, lane] = a * c - b * d, a * d + b * c
-                            for row in range(column, n_springs + 2):
-                                for lane in range(lanes):
-                                    a, b = share[0, lane], share[1, lane]
-                                    c, d = pivot_column[row, 0, lane], pivot_column[row, 1, lane]
-                                    z[column, row, 0, lane] -= a * c - b * d
-                                    z[column, row, 1, lane] -= a * d + b * c
+                    joined = tables.joined[line, vehicle]
+                    _eliminate(
+                        joined,
+                        flexibility,
+                        z,
+                        pair,
+                        scaled,
+                        first,
+                        pressure,
+                        n_springs,
+                        False,
+                        lanes,
+                    )
                     for lane in range(lanes):
                         real, imag = pressure[0, lane], pressure[1, lane]
                         product[vehicle, lane] *= real * real + imag * imag
@@ -377,6 +342,243 @@ def flexible_loop(n_springs: int) -> Callable[..., None]:
                     product[:] = 1.0
 
     return run
+
+
+@lru_cache
+def flexible_slopes_loop(n_springs: int, lanes: int) -> Callable[..., None]:
+    """Return the loop that writes sums of levels and their slopes with the receptance of bodies.
+
+    It reads and writes as that of `flexible_loop`, and writes ``Σ_f Re(∂p_f/∂x_k / p_f)`` to
+    `slopes` (chunk, v, k, lane). With ``A = diag(1/(x K)) + Y_S + Y_B``, symmetric, forces
+    ``g = A⁻¹ u_free`` and ``t = A⁻¹ Y``, the derivatives are ``∂p/∂x_i = t_i g_i / (x_i² K_i)``:
+    values and slopes of a vehicle come from the same elimination.
+    """
+    n_entries = n_springs * (n_springs + 5) // 2
+
+    @_compile
+    def run(factors, tables, products, slopes, trusted):  # type: ignore[no-untyped-def]
+        n_lines, n_vehicles = tables.joined.shape[:2]
+        inverse_factor = np.empty((n_springs, lanes))
+        flexibility = np.empty((n_springs, 2, lanes))
+        z = np.empty((n_entries, 2, lanes))
+        pair = np.empty((2, n_springs + 2, 2, lanes))
+        scaled = np.empty((2, n_springs + 2, 2, lanes))
+        first = np.empty((2, lanes))
+        pressure = np.empty((2, lanes))
+        inverse = np.empty((2, lanes))
+        solved = np.empty((n_springs, 2, 2, lanes))
+        product = np.empty((n_vehicles, lanes))
+        for chunk in range(factors.shape[0]):
+            products[chunk] = 1.0
+            product[:] = 1.0
+            slopes[chunk] = 0.0
+            _invert_factors(factors[chunk], tables.variables, inverse_factor, lanes)
+            for line in range(n_lines):
+                _give_way(tables.compliance[line], inverse_factor, flexibility, lanes)
+                for vehicle in range(n_vehicles):
+                    joined = tables.joined[line, vehicle]
+                    _eliminate(
+                        joined,
+                        flexibility,
+                        z,
+                        pair,
+                        scaled,
+                        first,
+                        pressure,
+                        n_springs,
+                        True,
+                        lanes,
+                    )
+                    for lane in range(lanes):
+                        real, imag = pressure[0, lane], pressure[1, lane]
+                        square = real * real + imag * imag
+                        product[vehicle, lane] *= square
+                        inverse[0, lane] = real / square
+                        inverse[1, lane] = -imag / square
+                    _substitute_back(joined, z, first, solved, n_springs, lanes)
+                    for s in range(n_springs):
+                        slope = slopes[chunk, vehicle, tables.variables[s]]
+                        for lane in range(lanes):
+                            both = complex(solved[s, 0, 0, lane], solved[s, 0, 1, lane]) * complex(
+                                solved[s, 1, 0, lane], solved[s, 1, 1, lane]
+                            )
+                            both *= complex(flexibility[s, 0, lane], flexibility[s, 1, lane])
+                            of_level = both.real * inverse[0, lane] - both.imag * inverse[1, lane]
+                            slope[lane] += inverse_factor[s, lane] * of_level
+                if (line + 1) % GROUP == 0 or line + 1 == n_lines:
+                    for vehicle in range(n_vehicles):
+                        stored = products[chunk, vehicle, line // STORED]
+                        _settle(product[vehicle], stored, trusted[chunk])
+                    product[:] = 1.0
+
+    return run
+
+
+@_helper
+def _at(column, row, n_springs):  # type: ignore[no-untyped-def]
+    """Return the place of an entry on or below the diagonal, with two rows of vectors below."""
+    return column * (n_springs + 2) - column * (column - 1) // 2 + row - column
+
+
+@_helper
+def _invert_factors(x, variables, inverse_factor, lanes):  # type: ignore[no-untyped-def]
+    """Write one over the factor of every spring."""
+    for s in range(variables.size):
+        for lane in range(lanes):
+            inverse_factor[s, lane] = 1.0 / x[variables[s], lane]
+
+
+@_helper
+def _give_way(compliance, inverse_factor, flexibility, lanes):  # type: ignore[no-untyped-def]
+    """Write the compliance of every spring."""
+    for s in range(compliance.size):
+        real, imag = compliance[s].real, compliance[s].imag
+        for lane in range(lanes):
+            flexibility[s, 0, lane] = inverse_factor[s, lane] * real
+            flexibility[s, 1, lane] = inverse_factor[s, lane] * imag
+
+
+@_helper
+def _eliminate(  # type: ignore[no-untyped-def]
+    joined, flexibility, z, pair, scaled, first, pressure, n_springs, keep, lanes
+):
+    """Write ``Yᵀ A⁻¹ u`` for the symmetric ``A = diag(flexibility) + joined``.
+
+    LDLᵀ with both vectors as two more rows, which needs no substitution back. The column of the
+    first spring is the same for all lanes; the other springs are eliminated two at a time, so that
+    what is left of the matrix is read and written half as often. `keep` leaves the columns of L in
+    `z` for `_substitute_back`. No pivoting: springs with losses keep the pivots away from zero.
+    """
+    u, y = n_springs, n_springs + 1
+    real, imag = joined[0, 0, 0], joined[0, 0, 1]
+    for lane in range(lanes):
+        inverse = _inverse(flexibility[0, 0, lane] + real, flexibility[0, 1, lane] + imag)
+        first[0, lane], first[1, lane] = inverse.real, inverse.imag
+    both = complex(joined[0, u, 0], joined[0, u, 1]) * complex(joined[0, y, 0], joined[0, y, 1])
+    for lane in range(lanes):
+        pressure[0, lane] = both.real * first[0, lane] - both.imag * first[1, lane]
+        pressure[1, lane] = both.real * first[1, lane] + both.imag * first[0, lane]
+    for column in range(1, n_springs):
+        of_column = complex(joined[0, column, 0], joined[0, column, 1])
+        for row in range(column, n_springs + 2):
+            both = of_column * complex(joined[0, row, 0], joined[0, row, 1])
+            real, imag = joined[column, row, 0], joined[column, row, 1]
+            entry = z[_at(column, row, n_springs)]
+            for lane in range(lanes):
+                entry[0, lane] = real - (both.real * first[0, lane] - both.imag * first[1, lane])
+                entry[1, lane] = imag - (both.real * first[1, lane] + both.imag * first[0, lane])
+        entry = z[_at(column, column, n_springs)]
+        for lane in range(lanes):
+            entry[0, lane] += flexibility[column, 0, lane]
+            entry[1, lane] += flexibility[column, 1, lane]
+    for pivot in range(1, n_springs - 1, 2):
+        after = pivot + 1
+        d_0, d_01 = z[_at(pivot, pivot, n_springs)], z[_at(pivot, after, n_springs)]
+        d_1 = z[_at(after, after, n_springs)]
+        for lane in range(lanes):
+            inverse = _inverse(d_0[0, lane], d_0[1, lane])
+            coupled = complex(d_01[0, lane], d_01[1, lane])
+            share = coupled * inverse
+            left = complex(d_1[0, lane], d_1[1, lane]) - share * coupled
+            other = _inverse(left.real, left.imag)
+            # the rows of the pair itself hold its inverse pivots and the entry of L between them
+            pair[0, pivot, 0, lane], pair[0, pivot, 1, lane] = inverse.real, inverse.imag
+            pair[1, pivot, 0, lane], pair[1, pivot, 1, lane] = share.real, share.imag
+            pair[1, after, 0, lane], pair[1, after, 1, lane] = other.real, other.imag
+        if keep:
+            d_01[:] = pair[1, pivot]
+        for row in range(pivot + 2, n_springs + 2):
+            z_0, z_1 = z[_at(pivot, row, n_springs)], z[_at(after, row, n_springs)]
+            for lane in range(lanes):
+                share = complex(pair[1, pivot, 0, lane], pair[1, pivot, 1, lane])
+                x_0 = complex(z_0[0, lane], z_0[1, lane])
+                x_1 = complex(z_1[0, lane], z_1[1, lane]) - share * x_0
+                l_0 = x_0 * complex(pair[0, pivot, 0, lane], pair[0, pivot, 1, lane])
+                l_1 = x_1 * complex(pair[1, after, 0, lane], pair[1, after, 1, lane])
+                pair[0, row, 0, lane], pair[0, row, 1, lane] = x_0.real, x_0.imag
+                pair[1, row, 0, lane], pair[1, row, 1, lane] = x_1.real, x_1.imag
+                scaled[0, row, 0, lane], scaled[0, row, 1, lane] = l_0.real, l_0.imag
+                scaled[1, row, 0, lane], scaled[1, row, 1, lane] = l_1.real, l_1.imag
+            if keep:
+                z_0[:], z_1[:] = scaled[0, row], scaled[1, row]
+        for lane in range(lanes):
+            part = complex(scaled[0, u, 0, lane], scaled[0, u, 1, lane]) * complex(
+                pair[0, y, 0, lane], pair[0, y, 1, lane]
+            ) + complex(scaled[1, u, 0, lane], scaled[1, u, 1, lane]) * complex(
+                pair[1, y, 0, lane], pair[1, y, 1, lane]
+            )
+            pressure[0, lane] += part.real
+            pressure[1, lane] += part.imag
+        for column in range(pivot + 2, n_springs):
+            for row in range(column, n_springs + 2):
+                entry = z[_at(column, row, n_springs)]
+                for lane in range(lanes):
+                    part = complex(
+                        scaled[0, column, 0, lane], scaled[0, column, 1, lane]
+                    ) * complex(pair[0, row, 0, lane], pair[0, row, 1, lane]) + complex(
+                        scaled[1, column, 0, lane], scaled[1, column, 1, lane]
+                    ) * complex(pair[1, row, 0, lane], pair[1, row, 1, lane])
+                    entry[0, lane] -= part.real
+                    entry[1, lane] -= part.imag
+    if n_springs > 1 and n_springs % 2 == 0:
+        # the last spring has no partner
+        last = n_springs - 1
+        d_0, of_u = z[_at(last, last, n_springs)], z[_at(last, u, n_springs)]
+        of_y = z[_at(last, y, n_springs)]
+        for lane in range(lanes):
+            inverse = _inverse(d_0[0, lane], d_0[1, lane])
+            l_u = inverse * complex(of_u[0, lane], of_u[1, lane])
+            x_y = complex(of_y[0, lane], of_y[1, lane])
+            part = l_u * x_y
+            pressure[0, lane] += part.real
+            pressure[1, lane] += part.imag
+            if keep:
+                l_y = inverse * x_y
+                of_u[0, lane], of_u[1, lane] = l_u.real, l_u.imag
+                of_y[0, lane], of_y[1, lane] = l_y.real, l_y.imag
+
+
+@_helper
+def _substitute_back(joined, z, first, solved, n_springs, lanes):  # type: ignore[no-untyped-def]
+    """Write ``A⁻¹ u`` and ``A⁻¹ Y`` of every spring, from what `_eliminate` kept."""
+    for down in range(n_springs):
+        pivot = n_springs - 1 - down
+        goal = solved[pivot]
+        for vector in range(2):
+            if pivot == 0:
+                real, imag = joined[0, n_springs + vector, 0], joined[0, n_springs + vector, 1]
+                goal[vector, 0], goal[vector, 1] = real, imag
+            else:
+                goal[vector] = z[_at(pivot, n_springs + vector, n_springs)]
+        for row in range(pivot + 1, n_springs):
+            below = solved[row]
+            if pivot == 0:
+                part = complex(joined[0, row, 0], joined[0, row, 1])
+                for vector in range(2):
+                    for lane in range(lanes):
+                        goal[vector, 0, lane] -= (
+                            part.real * below[vector, 0, lane] - part.imag * below[vector, 1, lane]
+                        )
+                        goal[vector, 1, lane] -= (
+                            part.real * below[vector, 1, lane] + part.imag * below[vector, 0, lane]
+                        )
+            else:
+                factor = z[_at(pivot, row, n_springs)]
+                for lane in range(lanes):
+                    share = complex(factor[0, lane], factor[1, lane])
+                    g = share * complex(below[0, 0, lane], below[0, 1, lane])
+                    t = share * complex(below[1, 0, lane], below[1, 1, lane])
+                    goal[0, 0, lane] -= g.real
+                    goal[0, 1, lane] -= g.imag
+                    goal[1, 0, lane] -= t.real
+                    goal[1, 1, lane] -= t.imag
+        if pivot == 0:
+            for vector in range(2):
+                for lane in range(lanes):
+                    moved = complex(first[0, lane], first[1, lane]) * complex(
+                        goal[vector, 0, lane], goal[vector, 1, lane]
+                    )
+                    goal[vector, 0, lane], goal[vector, 1, lane] = moved.real, moved.imag
 
 
 @_helper

@@ -27,7 +27,7 @@ class Need(Enum):
     """What is asked of a direction."""
 
     wanted = "as chosen"
-    """Today's part lies outside the range in which nobody hears a difference."""
+    """Today's part would be heard: it lies outside the range without an audible difference."""
     today = "as today"
     """Today's part will do, but not any part of the range."""
     anything = "any in bounds"

@@ -92,18 +92,16 @@ class LevelSum:
         The pull-back maps weights (o, n, v) to ``Σ_v w_onv ∂level_nv/∂x_nk``, (o, n, k). A few
         designs take narrower loops, whose last bit may differ from that of many.
         """
-        if self.tables is not None and isinstance(self.case, PathContributions):
-            return self._prescribed_slopes(designs)
+        if self.tables is not None and isinstance(self.case, PathContributions | FlexibleMotion):
+            return self._slopes_of_each(designs)
 
         def plain(rows: RealArray, weights: RealArray) -> RealArray:
             with np.errstate(divide="ignore", invalid="ignore"):
                 by_vehicle = self.case.neper_gradient(rows)
             return np.asarray(np.einsum("onv,nvk->onk", weights, by_vehicle))
 
-        # the compiled adjoint knows neither amplitudes nor bodies that give way
-        compiled = self.tables is not None and not isinstance(
-            self.case, AmplitudeMotion | FlexibleMotion
-        )
+        # the compiled adjoint knows no amplitudes
+        compiled = self.tables is not None and not isinstance(self.case, AmplitudeMotion)
 
         def pull_back(weights: RealArray) -> RealArray:
             if not compiled:
@@ -133,23 +131,31 @@ class LevelSum:
         flat = slopes.transpose(1, 0, 3, 2).reshape(n_sets, -1, designs.shape[1])
         return np.ascontiguousarray(flat[:, :n])
 
-    def _prescribed_slopes(self, designs: RealArray) -> tuple[RealArray, PullBack]:
-        """Return what `linearised` does for prescribed motion, from one compiled loop."""
+    def _slopes_of_each(self, designs: RealArray) -> tuple[RealArray, PullBack]:
+        """Return what `linearised` does where one loop gives values and slopes of each vehicle.
+
+        Prescribed motion is linear, and a body that gives way has a solution of its own.
+        """
         from deboom.vehicles import compiled_loops
 
-        lanes, n = _slope_lanes(designs), len(designs)
-        factors = np.ascontiguousarray(_in_lanes(designs, lanes)[:, self.columns])
-        n_vehicles, n_lines = self.tables.shape[:2]
+        n, lanes = len(designs), _slope_lanes(designs)
+        if isinstance(self.case, FlexibleMotion):
+            columns = np.arange(designs.shape[1])
+            run = compiled_loops.flexible_slopes_loop(self.tables.variables.size, lanes)
+        else:
+            columns = self.columns
+            run = compiled_loops.prescribed_slopes_loop(columns.size, lanes)
+        factors = np.ascontiguousarray(_in_lanes(designs, lanes)[:, columns])
+        n_vehicles, n_lines = self.scale_level.size, self.case.frequency.size
         products = np.empty((len(factors), n_vehicles, -(-n_lines // compiled_loops.STORED), lanes))
-        slopes = np.empty((len(factors), n_vehicles, self.columns.size, lanes))
+        slopes = np.empty((len(factors), n_vehicles, columns.size, lanes))
         trusted = np.ones((len(factors), lanes), dtype=bool)
-        run = compiled_loops.prescribed_slopes_loop(self.columns.size, lanes)
         with np.errstate(all="ignore"):
             run(factors, self.tables, products, slopes, trusted)
         level, trust = self._settled(designs, products, trusted)
         by_vehicle = np.zeros((n, n_vehicles, designs.shape[1]))
-        by_vehicle[..., self.columns] = slopes.transpose(0, 3, 1, 2).reshape(
-            -1, n_vehicles, self.columns.size
+        by_vehicle[..., columns] = slopes.transpose(0, 3, 1, 2).reshape(
+            -1, n_vehicles, columns.size
         )[:n]
         if not trust.all():
             level[~trust] = self._plain(designs[~trust])
@@ -186,7 +192,7 @@ class LevelSum:
                 factors = np.ascontiguousarray(factors[:, self.columns])
                 run(factors, self.tables, products, trusted)
             elif isinstance(self.case, FlexibleMotion):
-                run = compiled_loops.flexible_loop(self.tables.variables.size)
+                run = compiled_loops.flexible_loop(self.tables.variables.size, lanes)
                 run(factors, self.tables, products, trusted)
             else:
                 run = compiled_loops.coupled_loop(*self._loop_sizes, lanes)

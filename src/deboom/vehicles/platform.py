@@ -13,9 +13,13 @@ import numpy as np
 
 from deboom.arrays import RealArray, short_repr
 from deboom.common import choice, word_of
-from deboom.errors import DataWarning, InputError
+from deboom.errors import AssumedWarning, DataWarning, InputError
 from deboom.measurement.channels import LoadCase
-from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
+from deboom.mounts.characterised_mount import (
+    ASSUMED,
+    CharacterisedDirection,
+    CharacterisedMount,
+)
 from deboom.mounts.mount import (
     Mount,
     in_mount_axes,
@@ -275,7 +279,8 @@ class Platform:
         - `fleet`: vehicles to listen in; by default all of them.
         - `mounts`: whether forces come from the library, and are compared with the measured ones.
         - `band`: lower and upper edge, both inside; by default `band` of the platform [Hz].
-        - warns DataWarning: something in the platform that looks like a mistake, see `findings`.
+        - warns DataWarning: something in the platform that looks like a mistake, see `findings`;
+          mounts of the library that rest on defaults.
         - raises InputError: a certain mistake in the platform, see `Platform.findings`; an unknown
           load case; a platform without a mount library; a run without
           engine torque, or with lines outside of the region that a mount was measured in.
@@ -288,6 +293,10 @@ class Platform:
             return Runs(platform=self, fleet=fleet, cases=cases, band=band)
         if self.library_fault is not None:
             raise self.library_fault
+        settings = [each.settings for part in self.library for each in part.directions]
+        for assumed in dict.fromkeys(str(each[ASSUMED]) for each in settings if ASSUMED in each):
+            sentence = f"{self.library_file}: its mounts rest on defaults: {assumed}"
+            warnings.warn(sentence, AssumedWarning, stacklevel=2)
         outside = Outside.REFUSE if source is MountSource.library else Outside.KEEP_MEASURED
         try:
             pairs = [(case, surface_forces(case, self.library, outside)) for case, _ in cases]

@@ -203,7 +203,7 @@ class DrivenVehicles:
     @property
     def powertrain(self) -> Powertrain:
         """Mass and inertia on the bench."""
-        matrix = self.campaign.mass_matrix
+        matrix = self.campaign.needed_mass_matrix("the motion of the engine in a vehicle")
         return Powertrain(mass=float(matrix[0, 0]), inertia=matrix[3:, 3:])
 
     @property

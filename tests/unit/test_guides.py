@@ -402,18 +402,6 @@ MEASURED = [
         lambda numbers: numbers[:1],
     ),
     (
-        "from-front-to-specification",
-        r"Sharing costs ([\d.]+) dB in the mean and ([\d.]+) dB in the worst",
-        "price of sharing them, mean and worst vehicle [dB]",
-        lambda numbers: numbers[:2],
-    ),
-    (
-        "from-front-to-specification",
-        r"its worst vehicle ([\d.]+) dB, one set per body\n\(12 part numbers\) still ([\d.]+) dB",
-        "worst vehicle with one set for all (4 numbers), with one per group (12) [dB]",
-        lambda numbers: numbers[:2],
-    ),
-    (
         "component-tpa",
         r"blocked forces are ([\d.]+) % off",
         "blocked forces and moments on trusted lines against the truth",
@@ -454,6 +442,31 @@ def test_a_figure_of_a_guide_is_that_which_validation_measured(guide, pattern, c
     for said, measured in zip(stated.groups(), of(numbers), strict=True):
         digits = len(said.partition(".")[2])
         assert said == f"{measured:.{digits}f}", (said, measured)
+
+
+QUOTED = [
+    (r"they would need (\d+) part numbers", "part_numbers_own"),
+    (r"\*\*(\d+) keep each vehicle within 0.5 dB", "part_numbers_min"),
+    (
+        r"fewer are impossible\n.*part_numbers_lower_bound`\)\. Sharing costs ([\d.]+) dB",
+        "price_db",
+    ),
+    (r"in the mean and ([\d.]+) dB in the worst", "price_worst_db"),
+    (r"in the worst\nvehicle, ([\w-]+) ", "price_worst_vehicle"),
+    (r"its worst vehicle ([\d.]+) dB", "one_set_price_worst_db"),
+    (r"\((\d+) part numbers\) still", "group_sets_part_numbers"),
+    (r"part numbers\) still ([\d.]+) dB", "group_sets_price_worst_db"),
+]
+
+
+@pytest.mark.parametrize(("pattern", "key"), QUOTED)
+def test_a_figure_of_a_guide_is_that_of_the_run_it_quotes(pattern, key):
+    """`tests/golden/quoted_runs.json` has the summaries of the runs, by the command."""
+    path = ROOT / "tests" / "golden" / "quoted_runs.json"
+    value = json.loads(path.read_text(encoding="utf-8"))["deboom run commonality"][key]
+    (said,) = re.search(pattern, TEXT).groups()
+    digits = len(said.partition(".")[2])
+    assert said == (value if isinstance(value, str) else f"{value:.{digits}f}")
 
 
 def test_the_sheet_of_the_guide_has_the_state_and_stiffness_of_the_pinned_one():

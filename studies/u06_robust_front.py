@@ -181,14 +181,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     return report
 
 
-def _free_tolerances(report: Report, front: Front, options: Options) -> None:
-    """Search with the tolerance of each mount as a variable, and show its front by price."""
-    robust = front.robust
-    mounts: dict[str, list[str]] = {}
-    for name, tolerance in zip(robust.space.names, robust.space.tolerance, strict=True):
-        if tolerance > 0.0:
-            mounts.setdefault(mount_of(name), []).append(name)
-    free = FreeTolerances(robust, mounts, *TOLERANCE_BOUNDS)
+def _tolerance_front(free: FreeTolerances, front: Front, options: Options) -> pd.DataFrame:
+    """Search from the named designs on; tabulate price, levels and tolerances by price."""
+    robust, mounts = front.robust, tuple(free.groups)
     begin = np.array(
         [
             np.append(design, np.full(len(mounts), tolerance))
@@ -226,7 +221,18 @@ def _free_tolerances(report: Report, front: Front, options: Options) -> None:
         for name, values in zip(free.space.names, searched.designs.T, strict=True)
         if name in robust.space.names
     }
-    whole = pd.DataFrame(columns).sort_values("price over today's [1]", ignore_index=True)
+    return pd.DataFrame(columns).sort_values("price over today's [1]", ignore_index=True)
+
+
+def _free_tolerances(report: Report, front: Front, options: Options) -> None:
+    """Search with the tolerance of each mount as a variable, and show its front by price."""
+    robust = front.robust
+    mounts: dict[str, list[str]] = {}
+    for name, tolerance in zip(robust.space.names, robust.space.tolerance, strict=True):
+        if tolerance > 0.0:
+            mounts.setdefault(mount_of(name), []).append(name)
+    free = FreeTolerances(robust, mounts, *TOLERANCE_BOUNDS)
+    whole = _tolerance_front(free, front, options)
     affordable = np.flatnonzero(whole["price over today's [1]"] <= 1.0)
     steadiest = affordable[int(whole["sigma against today [%]"].to_numpy()[affordable].argmin())]
     best = whole.loc[steadiest]

@@ -5,7 +5,7 @@ says how each was made. Run it as
 
     python benchmarks/converged_fronts.py [--problem u06_prescribed] [--seeds 5]
     python benchmarks/converged_fronts.py --gradient     # cost of a gradient, side by side
-    python benchmarks/converged_fronts.py --write 12     # reference fronts of 12 other seeds
+    python benchmarks/converged_fronts.py --write 3      # reference fronts anew, NSGA-II of 3 seeds
 """
 
 from __future__ import annotations
@@ -21,11 +21,14 @@ import numpy as np
 import pandas as pd
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
+from scipy.optimize import minimize as scipy_minimize
 
 import deboom
-from deboom.explore.descent import converged_front, objectives_and_gradients
-from deboom.explore.front import pareto_front
+from deboom.arrays import RealArray
+from deboom.explore.descent import objectives_and_gradients
+from deboom.explore.front import pareto_front, thinned
 from deboom.explore.robust import RobustValues
+from deboom.explore.search import nsga2
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
 
@@ -39,6 +42,9 @@ PROBLEMS = {
     "fleet5003_F39_coupled": (5003, "F39", "coupled"),
 }
 """Seed of a virtual fleet or None for the shipped platform, vehicles, and motion, by problem."""
+
+TARGETS, POINTS = 100, 1500
+"""Bounds of each objective that descents keep, and points of a reference front."""
 
 
 def problem(name: str, folder: Path) -> deboom.Robust:
@@ -96,11 +102,68 @@ def gradient_cost(robust: deboom.Robust, calls: int = 100) -> float:
     return gradient / evaluation
 
 
+def constrained(robust: deboom.Robust, begin: RealArray, seed: int) -> RealArray:
+    """Return all designs of descents of the mean sum under a bound of the sigma sum, and reverse.
+
+    Each of `TARGETS` bounds between the ends of a front begins at the best of its designs so far,
+    at the end of the bound before, and at a random design.
+    """
+    space = robust.space
+    visited: list[RealArray] = []
+    cache: dict[bytes, tuple[RealArray, RealArray]] = {}
+
+    def at(design: RealArray) -> tuple[RealArray, RealArray]:
+        if design.tobytes() not in cache:
+            cache.clear()
+            inside = np.clip(design, space.lower, space.upper)
+            cache[design.tobytes()] = objectives_and_gradients(robust, inside)
+            visited.append(inside)
+        return cache[design.tobytes()]
+
+    values = robust(begin).objectives
+    size = np.ptp(values, axis=0)
+    random = np.random.default_rng(seed)
+    for row, other in ((0, 1), (1, 0)):
+        before = begin[values[:, row].argmin()]
+        # a bound that all keep is the end itself
+        bounds = np.linspace(values[:, other].max(), values[:, other].min(), TARGETS)
+        for bound in np.r_[np.inf, bounds]:
+            kept = values[:, other] <= bound
+            nearest = begin[kept][values[kept, row].argmin()]
+            ends = []
+            for start in (nearest, before, random.uniform(space.lower, space.upper)):
+                end = scipy_minimize(
+                    lambda x, row=row: at(x)[0][row] / size[row],
+                    start,
+                    jac=lambda x, row=row: at(x)[1][row] / size[row],
+                    method="SLSQP",
+                    bounds=list(zip(space.lower, space.upper, strict=True)),
+                    constraints=[] if np.isinf(bound) else [{
+                        "type": "ineq",
+                        "fun": lambda x, o=other, e=bound: (e - at(x)[0][o]) / size[o],
+                        "jac": lambda x, o=other: -at(x)[1][o] / size[o],
+                    }],
+                    options={"maxiter": 80, "ftol": 1e-8},
+                ).x  # fmt: skip
+                value = at(end)[0]
+                ends.append((value[row] + 1e3 * max(0.0, value[other] - bound), end))
+            before = min(ends, key=lambda pair: pair[0])[1]
+    return np.array(visited)
+
+
 def write(robust: deboom.Robust, path: Path, seeds: int) -> None:
-    """Write the front that descents of many seeds, from 101, reach together."""
+    """Write the front of long searches by NSGA-II, and of descents under bounds from there.
+
+    Nothing of `converged_front` has a part in it.
+    """
     per_line = 1.0 / (robust.evaluate.n_lines * len(robust.evaluate.response_names))
-    designs = [converged_front(robust, seed=101 + number) for number in range(seeds)]
-    front = pareto_front(robust(np.vstack(designs))).objectives * per_line
+    long = [nsga2(robust, 100, 200, seed=101 + number).front for number in range(seeds)]
+    begin = pareto_front(*long)
+    print(f"{path.stem}: {len(begin)} points by NSGA-II", flush=True)
+    visited = robust(constrained(robust, np.asarray(begin.designs), seed=101))
+    front = thinned(pareto_front(begin, visited), POINTS).objectives * per_line
+    print(f"{path.stem}: ends {front.min(axis=0)}, NSGA-II alone "
+          f"{begin.objectives.min(axis=0) * per_line}", flush=True)  # fmt: skip
     header = "mean per line [dB(A)],sigma per line [dB]"
     np.savetxt(path, front, fmt="%.7f", delimiter=",", header=header, comments="")
 

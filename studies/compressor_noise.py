@@ -59,7 +59,7 @@ from deboom.pages.compressor_noise import (
 from deboom.plot import CurvePanel
 from deboom.plot.style import signed
 from deboom.report import Report
-from deboom.runs.options import Seed, at_least, band_of
+from deboom.runs.options import BAND, Seed, at_least, band_of
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
@@ -80,7 +80,7 @@ class Options:
         CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
     ] = CalibrationLevel.C2
     car: Annotated[Path | None, Option(help="Folder with car.toml.")] = None
-    band: Annotated[str, Option(help="Lines that are looked at, such as 20-140 [Hz].")] = "20-140"
+    band: Annotated[str, Option(metavar=BAND, help="Lines that are looked at [Hz].")] = "20-140"
     hoses: Annotated[bool, Option(help="Identify and model standard hoses.")] = True
     draws: Annotated[int, Option(help="Draws behind the bands.", callback=at_least(20))] = 64
 

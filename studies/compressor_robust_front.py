@@ -68,7 +68,7 @@ from deboom.runs.compressor_fleet import (
     travel_limit,
     virtual_fleet,
 )
-from deboom.runs.options import Seed, at_least, band_of
+from deboom.runs.options import BAND, Seed, at_least, band_of
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import SearchOptions, report_limits
@@ -117,7 +117,7 @@ class Options:
     parts: Annotated[Parts, Option(help="One part for all mounts, or own ones.")] = Parts.identical
     hoses: Annotated[Hoses, Option(help="Hoses: a path that mounts do not change.")] = Hoses.none
     pressure: Annotated[list[str] | None, Option(help="BAR or BAR=WEIGHT; repeatable.")] = None
-    band: Annotated[str, Option(help="Lines that count, LOW-HIGH [Hz].")] = "20-140"
+    band: Annotated[str, Option(metavar=BAND, help="Lines that count [Hz].")] = "20-140"
     line_step: Annotated[float, Option(help="Between lines [Hz].")] = 2.0
     reach: Annotated[float, Option(help="Stiffness factors run within 1 ± reach [1].")] = 0.4
     travel: Annotated[float, Option(help="Largest travel under 1 g, over today's [1].")] = 1.2

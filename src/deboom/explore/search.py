@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from math import comb
 from typing import Any, Protocol
 
@@ -227,7 +228,7 @@ def nsga2(
             if checkpoint is not None:
                 checkpoint.save({**facts, "seconds": seconds})
             if progress is not None:
-                progress(runner.n_gen - 1, generations, archive.summary())
+                progress(runner.n_gen - 1, generations, archive.summary(generations))
             stopped = until.reached(archive.hypervolume, seconds) if until else None
     done = f"{len(archive.hypervolume)} generations"
     return archive.result(
@@ -367,15 +368,36 @@ class _Archive(Around):
         self.store.keep(number, {name: getattr(values, name) for name in columns})
         return values
 
-    def summary(self) -> str:
-        """Return one line of text about the generations so far."""
+    def summary(self, generations: int) -> str:
+        """Return one line of text about the generations so far, of all that are planned."""
         n_failed = sum(int(values.failed.sum()) for values in self.generations)
         n_worse = sum(int((~values.failed & ~values.feasible).sum()) for values in self.generations)
-        failed = f", {n_failed} failed" if n_failed else ""
-        beyond = f", {n_worse} beyond limits" if n_worse else ""
-        front = self.front
-        best = f"best {front.objectives[:, 0].min():.6g}, " if front is not None and front else ""
-        return f"{best}hypervolume {self.hypervolume[-1]:.5g}{failed}{beyond}"
+        parts = [f"generation {len(self.generations)} of {generations}"]
+        if self.front is not None and len(self.front) and np.isfinite(self.today):
+            change = (self.front.mean_sum.min() - self.today) / self.front.mean.shape[1]
+            unit = str(getattr(self._model, "response_unit", "")).removesuffix("(A)")
+            number = f"{change / self.n_lines:+.2g} {unit.removeprefix('1')}".strip()
+            parts.append(f"best mean {number}".replace("-", "−"))
+        parts += [f"{n_failed} failed"] if n_failed else []
+        parts += [f"{n_worse} beyond limits"] if n_worse else []
+        return ", ".join(parts)
+
+    @cached_property
+    def today(self) -> float:
+        """Mean of the nominal design, summed over the responses [unit of the responses]."""
+        return float(self.robust(self.robust.space.nominal[np.newaxis, :]).mean_sum[0])
+
+    @cached_property
+    def n_lines(self) -> int:
+        """Lines that each response is the sum of; 1 for a model that does not say."""
+        return int(getattr(self._model, "n_lines", 1))
+
+    @property
+    def _model(self) -> Any:
+        robust: Any = self.robust
+        while hasattr(robust, "robust"):
+            robust = robust.robust
+        return getattr(robust, "evaluate", None)
 
     def result(self, seed: int, seconds: float, *, stopped: str, algorithm: str) -> SearchResult:
         """Return what was found; refuse a search without a design that keeps all limits."""

@@ -46,7 +46,13 @@ from deboom.runs.options import Aim, Sampler, Seed, tolerance_sample
 from deboom.runs.platform_options import MotionOptions, PlatformOptions, in_all_load_cases
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext, run_name
-from deboom.runs.search import ThoroughSearchOptions, report_limits
+from deboom.runs.search import (
+    PeakRiseOption,
+    ThoroughSearchOptions,
+    check_peak_rise,
+    keeping_peaks,
+    report_limits,
+)
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import Runs
 
@@ -74,6 +80,7 @@ class Options:
     ] = False
     loss_factors: Annotated[bool, Option(help="Loss factors ±20 % are variables too.")] = False
     limits: Annotated[Path | None, Option(help="TOML: sag, travel, modes to keep.")] = None
+    peak_rise: PeakRiseOption = None
     target: Annotated[
         float | None, Option(help="Level of a car [dB(A)].", show_default="each vehicle's of today")
     ] = None
@@ -83,6 +90,7 @@ class Options:
     ] = False
 
     def __post_init__(self) -> None:
+        check_peak_rise(self.peak_rise)
         if self.as_thesis:
             if self.motion.motion not in (None, Motion.prescribed):
                 raise InputError("--as-thesis means prescribed motion: leave --motion out")
@@ -124,6 +132,8 @@ def prepare(options: Options) -> Model:
         control_variate=options.control_variate,
     )
     limits = mount_limits(options.limits, runs, robust, options.motion.factor)
+    if options.peak_rise is not None:
+        limits = keeping_peaks(limits, index, robust.space.nominal, options.peak_rise)
     prescribed = None
     if index.motion is not Motion.prescribed:
         motion = MotionOptions(Motion.prescribed)
@@ -253,6 +263,7 @@ def _free_tolerances(report: Report, front: Front, options: Options) -> None:
                 "least sigma at no higher price": values[steadiest],
             },
             value_label="price over today's [1]",
+            share_label="from smallest to largest [%]",
         ),
         "Every design of the front over both levels, the price and the tolerance of each mount, "
         "from the smallest to the largest of each.",

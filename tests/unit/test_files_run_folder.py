@@ -213,7 +213,11 @@ def test_a_run_goes_by_its_name_in_the_results_here(tmp_path, monkeypatch):
     folder = finish_run(run)
     read_back = run_folder.read_run(Path(folder.name))
     assert (read_back.study, read_back.name) == ("front", folder.name)
+    assert run_folder.read_run(folder.name[:12]).folder == read_back.folder
+    assert run_folder.read_run(f"front/{folder.name[:4]}").folder == read_back.folder
     shutil.copytree(folder, tmp_path / "results" / "other" / folder.name)
+    with pytest.raises(InputError, match=f"2 runs: say results/front/{folder.name} or results/"):
+        run_folder.read_run(folder.name[:12])
     with pytest.raises(InputError, match=f"say results/front/{folder.name} or results/other"):
         run_folder.read_run(Path(folder.name))
     with pytest.raises(InputError, match="is no run folder"):

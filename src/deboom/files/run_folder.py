@@ -7,6 +7,7 @@ pickled.
 
 from __future__ import annotations
 
+import glob
 import hashlib
 import io
 import json
@@ -384,6 +385,8 @@ def readable_runs(
 def read_run(folder: str | Path) -> RunEntry:
     """Return the run of a folder, or of a page or file in it, or by its name in ``results`` here.
 
+    A name may be cut short where one run alone begins so.
+
     Parameters
     ----------
     folder : str or Path
@@ -399,8 +402,8 @@ def read_run(folder: str | Path) -> RunEntry:
     Raises
     ------
     InputError
-        The folder holds no run, its record is damaged, two studies have a run of this name, or no
-        run has finished yet where the latest is wanted.
+        The folder holds no run, its record is damaged, several runs have this name or begin so, or
+        no run has finished yet where the latest is wanted.
 
     Examples
     --------
@@ -411,16 +414,31 @@ def read_run(folder: str | Path) -> RunEntry:
     deboom.errors.InputError: nowhere is no run folder: ...
     """
     folder = latest_run(Path(folder))
-    bare = len(folder.parts) == 1 and not folder.exists()
-    named = sorted(Path("results").glob(f"*/{folder.name}")) if bare else []
+    named = [] if folder.exists() else _runs_named(folder)
     if len(named) > 1:
         raise InputError(
-            f"two studies have a run {folder}: say {named[0].as_posix()} or {named[1].as_posix()}"
+            f"{folder} names {len(named)} runs: say {named[0].as_posix()} or {named[1].as_posix()}"
         )
     for place in (*named, folder, folder.parent):
         if (place / RECORD).is_file():
             return RunEntry(place, read_record(place / RECORD))
     raise InputError(f"{folder} is no run folder: it has no {RECORD}; `deboom list` shows all runs")
+
+
+def _runs_named(folder: Path) -> list[Path]:
+    """Return the runs in ``results`` here of a name, or else those whose names begin with it.
+
+    A study's folder may stand before the name.
+    """
+    results, name = Path("results"), glob.escape(folder.name)
+    if len(folder.parts) > 2 or not name:
+        return []
+    studies = [results / folder.parent] if len(folder.parts) == 2 else list(results.glob("*"))
+    for pattern in (name, f"{name}*"):
+        runs = [run for study in studies for run in study.glob(pattern) if (run / RECORD).is_file()]
+        if runs:
+            return sorted(runs)
+    return []
 
 
 def latest_run(folder: Path) -> Path:

@@ -35,12 +35,12 @@ from deboom.explore.commonality import fewest_part_numbers, separate_sets
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import variables_without_effect
 from deboom.explore.sharing import (
-    OwnOptima,
+    SeparateOptima,
     SharedDesign,
     Sharing,
     SharingProblem,
     check_together,
-    own_optima,
+    separate_optima,
 )
 from deboom.explore.space import DesignSpace, responses
 from deboom.pages.front_answer import abbreviations
@@ -168,7 +168,7 @@ class _Shared:
     """Own optima and sharings by count; margin and share of cars kept of each vehicle, (v,)."""
 
     problem: SharingProblem
-    optima: OwnOptima
+    optima: SeparateOptima
     fewest: SharedDesign
     by_count: Sequence[SharedDesign]
     lower_bound: int
@@ -234,7 +234,7 @@ def _shared(model: Model, options: Options, progress: Progress) -> _Shared:
     )
     progress(0, 3, "mounts of its own for each vehicle")
     drawn = ScatteredLevel(model.index, space.nominal, space.relative_sigma)
-    optima = own_optima(drawn, searched, starts=options.starts, seed=seed)
+    optima = separate_optima(drawn, searched, starts=options.starts, seed=seed)
     draws = sobol_sample(space.n_variables, DRAWS, seed=seed).values
     made = _as_made(level, space, optima.designs, draws)
     limits = np.quantile(made, options.share, axis=1) + options.allowed

@@ -31,7 +31,7 @@ from deboom.choices import Pick
 from deboom.common import AXES, N_PER_MM, PERCENT, Progress, listed
 from deboom.errors import InputError
 from deboom.explore.box import Box, BoxQuestion, face_shares, verified_share
-from deboom.explore.largest_box import FoundBox, largest_box, tolerance_box
+from deboom.explore.largest_box import LargestBox, largest_box, tolerance_box
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import searched
@@ -269,7 +269,7 @@ class BoxStudy:
     index: BoomingModel
     space: DesignSpace
     point: RealArray
-    solution: FoundBox
+    solution: LargestBox
     seed: int
 
     @property

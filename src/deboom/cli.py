@@ -67,9 +67,9 @@ class Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         """Carry a command out."""
-        from deboom.runs.progress import one_sentence_errors
+        from deboom.runs.progress import errors_as_sentences
 
-        with one_sentence_errors():
+        with errors_as_sentences():
             return super().invoke(ctx)
 
 

@@ -174,7 +174,7 @@ def saved(folder, design):
 @pytest.mark.usefixtures("plain_loops", "no_pictures")
 def test_a_saved_design_begins_a_search_and_gets_sheets(folder, tmp_path, monkeypatch):
     monkeypatch.setattr(load_study("u06_robust_front").module, "VERIFIED", 64)
-    monkeypatch.setattr(supplier_numbers, "MEASURED_AGAIN", 40)
+    monkeypatch.setattr(supplier_numbers, "REPETITIONS", 40)
     design = np.full(30, 0.95)
     path = saved(tmp_path, design)
     arguments = {**arguments_on(folder.parents[2] / "any"), "generations": 1, "begin": path}

@@ -34,7 +34,7 @@ def folder(tmp_path_factory):
 def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(
     folder, quick_front, monkeypatch, tmp_path
 ):
-    monkeypatch.setattr(supplier_numbers, "MEASURED_AGAIN", 40)
+    monkeypatch.setattr(supplier_numbers, "REPETITIONS", 40)
     summary = call("check", folder).stdout
     assert "4, 12 variables" in summary
     assert "3 in group family" in summary

@@ -55,7 +55,7 @@ def study(front_run):
 @pytest.fixture(scope="module")
 def few_draws():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(supplier_numbers, "MEASURED_AGAIN", 40)
+        patch.setattr(supplier_numbers, "REPETITIONS", 40)
         yield
 
 

@@ -19,7 +19,7 @@ from deboom.cli import COMMANDS, app
 from deboom.errors import DataWarning
 from deboom.runs.options import bands_as_declared
 from deboom.runs.overview import command_of
-from deboom.runs.progress import one_sentence_errors, progress_bar
+from deboom.runs.progress import errors_as_sentences, progress_bar
 from deboom.runs.runner import study_command, study_files
 
 ROOT = Path(__file__).parents[2]
@@ -166,7 +166,7 @@ def test_a_run_names_the_command_that_makes_it_again():
 
 def test_a_warning_about_the_data_is_a_sentence_and_others_stay_as_they_are():
     layout = warnings.formatwarning
-    with one_sentence_errors():
+    with errors_as_sentences():
         said = warnings.formatwarning(DataWarning("frf.uff: a line"), DataWarning, "file.py", 3)
         other = warnings.formatwarning(UserWarning("else"), UserWarning, "file.py", 3, "code")
     assert said == "deboom: warning: frf.uff: a line\n"

@@ -8,7 +8,7 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore.commonality import _library, fewest_part_numbers, separate_sets
-from deboom.explore.sharing import Sharing, SharingProblem, own_optima, shared_design
+from deboom.explore.sharing import Sharing, SharingProblem, separate_optima, shared_design
 from deboom.explore.space import DesignSpace
 
 
@@ -51,7 +51,7 @@ def problem_of(centres, radius, together=None):
         if any(name.startswith(part) for name in space.names)
     }
     limits = np.full(len(bowls.centres), radius**2)
-    optima = own_optima(bowls, space, starts=2, seed=1)
+    optima = separate_optima(bowls, space, starts=2, seed=1)
     return SharingProblem(bowls, space, parts, limits, together or {}), optima
 
 

@@ -14,7 +14,7 @@ from deboom.arrays import IntArray, RealArray
 from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.explore.sharing import (
-    OwnOptima,
+    SeparateOptima,
     SharedDesign,
     Sharing,
     SharingProblem,
@@ -54,13 +54,13 @@ class Commonality:
 
 def fewest_part_numbers(
     problem: SharingProblem,
-    optima: OwnOptima,
+    optima: SeparateOptima,
     guesses: Sequence[Sharing] = (),
     step: Progress | None = None,
 ) -> Commonality:
     """Find the fewest distinct part numbers with which every vehicle keeps its limit.
 
-    - `problem`, `optima`: fleet with limits, and the result of `own_optima` for it.
+    - `problem`, `optima`: fleet with limits, and the result of `separate_optima` for it.
     - `guesses`: sharings that are tried as well, such as one set per group.
     - `step`, optional: called after each step.
     - raises InputError: a limit that a vehicle misses even with parts of its own; vehicles that
@@ -120,7 +120,9 @@ def fewest_part_numbers(
     )
 
 
-def separate_sets(problem: SharingProblem, optima: OwnOptima, sharing: Sharing) -> SharedDesign:
+def separate_sets(
+    problem: SharingProblem, optima: SeparateOptima, sharing: Sharing
+) -> SharedDesign:
     """Find values for a sharing in which no set of vehicles has a number of another set.
 
     In each set the worst vehicle is as good as was found. One search per set, with room for all
@@ -137,7 +139,7 @@ def separate_sets(problem: SharingProblem, optima: OwnOptima, sharing: Sharing) 
     return SharedDesign(sharing, designs, levels, levels - problem.limits)
 
 
-def _refuse_unreachable(problem: SharingProblem, optima: OwnOptima) -> None:
+def _refuse_unreachable(problem: SharingProblem, optima: SeparateOptima) -> None:
     missed = optima.levels - problem.limits
     binding = int(np.argmax(missed))
     if missed[binding] > 0.0:
@@ -150,7 +152,7 @@ def _refuse_unreachable(problem: SharingProblem, optima: OwnOptima) -> None:
         )
 
 
-def _starts(problem: SharingProblem, optima: OwnOptima) -> list[RealArray]:
+def _starts(problem: SharingProblem, optima: SeparateOptima) -> list[RealArray]:
     """Every vehicle its own optimum; all vehicles one of the candidates that suit the worst."""
     worst = (problem.evaluate(optima.candidates) - problem.limits).max(axis=1)
     alike = optima.candidates[np.argsort(worst, kind="stable")[:_STARTS]]
@@ -228,7 +230,7 @@ def _bound(problem: SharingProblem, least: Sharing, starts: Sequence[RealArray])
     return best
 
 
-def _library(problem: SharingProblem, optima: OwnOptima) -> _Library:
+def _library(problem: SharingProblem, optima: SeparateOptima) -> _Library:
     """Values of each part that differ in what vehicles hear, most different ones first."""
     designs = np.concatenate([optima.designs, optima.candidates])
     library = []

@@ -63,7 +63,7 @@ class BoxEffort:
 
 
 @dataclass(frozen=True, eq=False)
-class FoundBox(Tabled):
+class LargestBox(Tabled):
     """The largest box, with what shows that it is one.
 
     - `question`: question that was asked.
@@ -125,7 +125,7 @@ def largest_box(
     effort: BoxEffort | None = None,
     workers: int = 1,
     progress: Progress | None = None,
-) -> FoundBox:
+) -> LargestBox:
     """Find and verify the largest box that keeps a limit.
 
     Parameters
@@ -143,7 +143,7 @@ def largest_box(
 
     Returns
     -------
-    FoundBox
+    LargestBox
         ``box.lower`` and ``box.upper``, shape (k,) [units of the variables]; ``verified``, the
         share of independent parts that keep their limits; ``table``.
 
@@ -212,7 +212,9 @@ def largest_box(
     verified = verified_share(question, box, seed=seed, n_parts=effort.verification)
     say(4, 4, "verified")
     room = -float(_ranked_excess(question, designs[0][np.newaxis])[0])
-    return FoundBox(question, box, verified, calibrated, room, volumes, time.perf_counter() - began)
+    return LargestBox(
+        question, box, verified, calibrated, room, volumes, time.perf_counter() - began
+    )
 
 
 def reachable_designs(

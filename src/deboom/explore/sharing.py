@@ -173,7 +173,7 @@ class SharedDesign:
 
 
 @checked(levels="v", designs="v k", candidates="n k")
-class OwnOptima:
+class SeparateOptima:
     """What each vehicle could have with parts of its own.
 
     - `levels` (v,), `designs` (v, k): best response of each vehicle [response_unit], its design.
@@ -186,9 +186,9 @@ class OwnOptima:
     candidates: RealArray
 
 
-def own_optima(
+def separate_optima(
     evaluate: Differentiable, space: DesignSpace, *, starts: int, seed: int
-) -> OwnOptima:
+) -> SeparateOptima:
     """Find the best design of each vehicle, as if it shared nothing.
 
     ``starts`` descents per vehicle, at least one: from the nominal design, then from random corners
@@ -215,7 +215,7 @@ def own_optima(
     best = np.arange(n_vehicles), levels.argmin(axis=1)
     candidates = ends.reshape(-1, len(bounds))
     different = _different(responses(evaluate, candidates))
-    return OwnOptima(levels[best], ends[best], candidates[different])
+    return SeparateOptima(levels[best], ends[best], candidates[different])
 
 
 def _different(levels: RealArray) -> list[int]:

@@ -39,7 +39,7 @@ FURTHER = 0.1
 """How much further than the search a factor at its edge is tried [1]."""
 
 
-MEASURED_AGAIN = 40
+CHANGE_REPETITIONS = 40
 """Draws of all measurements behind the interval of the change."""
 
 
@@ -132,7 +132,7 @@ class PlatformFront:
             uncertain = uncertain_index(self.index, self.platform, self.runs.parts)
             drawn = [
                 np.diff(again(both), axis=0)[0] / self.index.n_lines
-                for again in uncertain.draws(MEASURED_AGAIN, self.front.search.seed)
+                for again in uncertain.draws(CHANGE_REPETITIONS, self.front.search.seed)
             ]
         except InputError:
             return None

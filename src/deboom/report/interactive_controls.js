@@ -174,9 +174,9 @@ function drawStiffness() {
   }
   const rows = variables.map((axis) => {
     const [a, b] = [state.pins.a, state.pins.b].map((design) => valueOf(axis, design));
-    const known = axis.stiffness !== null;
-    const decimals = known ? decimalsOf(axis, axis.stiffness) : 0;
-    const mm = (value, words = text) => (known ? words(value * axis.stiffness, decimals) : "–");
+    const measured = axis.stiffness !== null;
+    const decimals = measured ? decimalsOf(axis, axis.stiffness) : 0;
+    const mm = (value, words = text) => (measured ? words(value * axis.stiffness, decimals) : "–");
     const row = [axis, mm(axis.today), mm(a), mm(b), mm(b - a, signed), text(a, 3), text(b, 3)];
     return notes ? [...row, axis.note] : row;
   });
@@ -194,7 +194,7 @@ function drawVehicles() {
     const mean = triple(three.map((design) => valueOf(means[place], design)), 2);
     return [vehicle, ...mean, ...triple(three.map((design) => levelsOf(design, place)[at]), 1)];
   });
-  for (const axis of axes.filter((one) => one.kind === "objective")) {
+  for (const axis of axes.filter((axis) => axis.kind === "objective")) {
     const values = triple(three.map((design) => valueOf(axis, design)), decimalsOf(axis));
     rows.push([{ name: `${axis.name} [${axis.unit}]`, colour: axis.colour }, ...values, "", "", "", ""]);
   }

@@ -325,14 +325,14 @@ if (range[0] === range[1]) range[1] += 10;
 
 function grid(svg, axis, place, [from, to], level) {
   const scale = inStiffness(axis) ? axis.stiffness : 1;
-  const found = ticks(axis.lower * scale, axis.upper * scale, 5);
-  for (const value of found.values) {
+  const axisTicks = ticks(axis.lower * scale, axis.upper * scale, 5);
+  for (const value of axisTicks.values) {
     const at = place(stepOf(axis, value / scale));
     const [ends, label] = level
       ? [{ x1: from, x2: to, y1: at, y2: at }, { x: from - 6, y: at + 4, "text-anchor": "end" }]
       : [{ x1: at, x2: at, y1: from, y2: to }, { x: at, y: to + 17, "text-anchor": "middle" }];
     element(svg, "line", { ...ends, stroke: "#dfe3e8" });
-    element(svg, "text", { ...label, class: "muted" }, text(value, found.decimals));
+    element(svg, "text", { ...label, class: "muted" }, text(value, axisTicks.decimals));
   }
 }
 

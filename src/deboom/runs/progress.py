@@ -20,7 +20,7 @@ MINUTE, HOUR = 60.0, 3600.0  # [s]
 
 
 @contextmanager
-def one_sentence_errors() -> Iterator[None]:
+def errors_as_sentences() -> Iterator[None]:
     """Turn what ends a command into its sentence on standard error and an exit code.
 
     Bad input is 2, a page that lacks a figure 3, Ctrl-C 130. Warnings about the data are sentences,

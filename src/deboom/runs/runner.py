@@ -57,7 +57,7 @@ from deboom.files.run_folder import (
 from deboom.report import PAGE, SUMMARY, Report, Step
 from deboom.runs.options import bands_as_declared, expanded, filled, is_lone_flag, is_positional
 from deboom.runs.overview import command_of, refresh_overview
-from deboom.runs.progress import assumptions, one_sentence_errors
+from deboom.runs.progress import assumptions, errors_as_sentences
 from deboom.runs.result import RunContext
 
 PACKAGES = (
@@ -549,7 +549,7 @@ def study_command(wanted: str | Path) -> typer.Typer:
             if context.get_parameter_source(name).name != "DEFAULT"
         }
         # the framework ends Ctrl-C of this inner command itself, without our sentence
-        with one_sentence_errors():
+        with errors_as_sentences():
             if resume is None:
                 folder = run_study(study, out, arguments)
             else:

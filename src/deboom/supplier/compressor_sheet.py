@@ -26,8 +26,9 @@ from deboom.explore.sensitivity import (
 )
 from deboom.files.acceptance import Programme, SheetDirection, SupplierSpecification
 from deboom.files.front_run import ComparedRun, design_name
+from deboom.pages.sensitivity import TENTH
 from deboom.plot.style import mount_of
-from deboom.supplier.numbers import IMPORTANCE, SURE, TENTH
+from deboom.supplier.numbers import IMPORTANCE, SURE
 from deboom.supplier.sheet import NAN, DirectionFacts, PartSheet, SheetCurves, rounded
 from deboom.supplier.sources import secrets_of_run
 

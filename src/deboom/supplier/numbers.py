@@ -29,11 +29,12 @@ from deboom.mounts.characterised_mount import FORCE_PER_TORQUE
 from deboom.mounts.mount import Mount
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 from deboom.pages.motion import factor_name
+from deboom.pages.sensitivity import TENTH
 from deboom.vehicles.booming_model import Motion, model_of_other_data
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.powertrain import KinematicModel, MonotoneCurve, library_model
 
-MEASURED_AGAIN = 120
+REPETITIONS = 120
 """Draws of all measurements."""
 SURE = 0.95
 """Coverage of the interval of today's stiffness, that of a laboratory's own uncertainty [1]."""
@@ -41,8 +42,6 @@ STEP = 0.01
 """By which a tolerance is made tighter: one percentage point [1]."""
 IMPORTANCE = 512
 """Base points behind the importance of a direction."""
-TENTH = 0.1
-"""Change of a stiffness that a sensitivity is stated for [1]."""
 ALL = "all parts"
 
 
@@ -116,7 +115,7 @@ class SupplierEffects:
         study, case = self.study, self.study.load_cases[0][0]
         measured = self._numbers(study.index, case)
         rows = []
-        for draw in range(MEASURED_AGAIN):
+        for draw in range(REPETITIONS):
             fleet, cases = self.uncertain.data.drawn(draw, study.run.seed)
             index = model_of_other_data(
                 study.index, fleet, study.platform.mounts, study.platform.powertrain, cases

@@ -477,7 +477,8 @@ def _answer(
         "Each car",
         Table(table.rename(columns={"vehicle": "car"}), "", VEHICLE_DECIMALS),
         f"First order at the driver's ear, mean of what is heard. {fleet.n_cars} cars of each, "
-        "mounts as made; target: its car's level of today; P95: 95 % stay below.",
+        "mounts as made; target: its car's level of today; P95: 95 % stay below; worst peak: "
+        "change of the one that gains least.",
         wide=True,
     )
     decimals = {"of today's [1]": 2, "build [N/mm]": 1, "today [N/mm]": 1, "alone [dB]": 1}

@@ -210,27 +210,31 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         abbreviations(runs.platform.mounts),
     )
     gains = {f"{what} [dB]": heard.splv_change(design) for what, (design, _) in effects.items()}
-    each = pd.DataFrame({"vehicle": list(front.responses), **gains})
+    loud = {"today [dB(A)]": heard.todays_levels}
+    each = pd.DataFrame({"vehicle": list(front.responses), **loud, **gains})
     report.panel(
         "Each vehicle",
-        Table(each, "", dict.fromkeys(gains, 1)),
-        "Change of the mean level against today's parts, without scatter.",
+        Table(each, "", dict.fromkeys((*loud, *gains), 1)),
+        "Mean level with today's parts, and its change, without scatter.",
     )
     variables = [name for mount in runs.platform.mounts for name in mount.variables]
     now = np.concatenate([np.zeros(n_mounts), np.ones(len(variables))])
-    order: dict[str, object] = {
-        "direction": variables,
-        "today [N/mm]": N_PER_MM * ordered_stiffness(runs, catalogue, now, outside),
+    today = N_PER_MM * ordered_stiffness(runs, catalogue, now, outside)
+    built = {
+        what: N_PER_MM * ordered_stiffness(runs, catalogue, design, outside)
+        for what, (design, _) in effects.items()
     }
-    for what, (design, _) in effects.items():
-        order[f"{what} [N/mm]"] = N_PER_MM * ordered_stiffness(runs, catalogue, design, outside)
+    order: dict[str, object] = {"direction": variables}
+    order |= {f"{what}, of today's [1]": stiffness / today for what, stiffness in built.items()}
+    order["today [N/mm]"] = today
+    order |= {f"{what} [N/mm]": stiffness for what, stiffness in built.items()}
     is_measured = np.isfinite(np.asarray(order["today [N/mm]"], dtype=float))
     order["re-tuned to [1]"] = np.where(is_measured, best[n_mounts:], np.nan)
     frame = pd.DataFrame(order)
-    decimals = {name: 0 for name in frame if str(name).endswith("[N/mm]")}
+    decimals = {str(name): 0 if str(name).endswith("[N/mm]") else 2 for name in frame.columns[1:]}
     first, last = runs.band
     report.panel(
-        "What to order",
+        "What to order" if worth <= -HEARD else "The best of the catalogue",
         Table(
             pd.DataFrame(
                 {
@@ -246,9 +250,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
             ),
             "",
         ),
-        Table(frame, "", {str(name): n for name, n in decimals.items()} | {"re-tuned to [1]": 2}),
-        f"N/mm are the mean |K| in operation, {runs.cases[0][0].title}, {first:g}–{last:g} Hz. "
-        "A dash: not identified, today's part stays.",
+        Table(frame, "", decimals),
+        f"N/mm are the mean |K| in operation, {runs.cases[0][0].title}, {first:g}–{last:g} Hz, "
+        "and so are shares of today's. A dash: not identified, today's part stays.",
         wide=True,
     )
     run_of = run_name(context, "mount_selection")

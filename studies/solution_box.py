@@ -140,12 +140,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     limited = study.effective & ~study.on_bounds.all(axis=0)
     tight = np.argsort(np.where(limited, study.box.width / study.box.centre, np.inf))
     for k in tight[: min(TILES, limited.sum())]:
-        ends, today = (study.box.lower[k], study.box.upper[k]), study.reference_stiffness[k]
-        stiffness = " to ".join(f"{end * today * N_PER_MM:.0f}" for end in ends)
-        stated = f"{stiffness} N/mm; " if study.identified[k] else ""
         report.tile(
-            f"{ends[0]:.2f} to {ends[1]:.2f}",
-            f"{study.variables[k]}, of today's; {stated}the limit sets an end",
+            f"{study.box.lower[k]:.2f} to {study.box.upper[k]:.2f}",
+            f"{study.variables[k]}, of today's stiffness; the limit sets an end",
         )
     report.tile(_percent(check.share, 1), f"of {what} keep {origin}")
     report.tile(
@@ -475,7 +472,6 @@ def _answer(
         f"{_percent(float(certainty.lower), 0)} to {_percent(float(certainty.upper), 0)} (90 %).",
         f"The limit is {origin}. {abbreviations(study.runs.platform.mounts)}",
     )
-    reference = study.reference_stiffness * N_PER_MM
     words = np.select(
         [needed.all(axis=0), needed[0], needed[1]], ["both ends", "from", "to"], "free"
     )
@@ -485,23 +481,14 @@ def _answer(
             "direction": [study.variables[k] for k in rows],
             "from [1]": box.lower[rows],
             "to [1]": box.upper[rows],
-            "from [N/mm]": (box.lower * reference)[rows],
-            "to [N/mm]": (box.upper * reference)[rows],
-            "today [N/mm]": reference[rows],
             "the limit sets": words[rows],
         }
     )
     report.panel(
         "Intervals, each direction independent of all others",
-        Table(
-            table,
-            "",
-            dict.fromkeys(("from [1]", "to [1]"), 2)
-            | dict.fromkeys(("from [N/mm]", "to [N/mm]", "today [N/mm]"), 0),
-        ),
-        "From and to: shares of today's stiffness. N/mm are the mean |K| of a piece in operation, "
-        f"{study.runs.cases[0][0].title}, {study.index.frequency[0]:g}–"
-        f"{study.index.frequency[-1]:g} Hz.",
+        Table(table, "", dict.fromkeys(("from [1]", "to [1]"), 2)),
+        "From and to: shares of today's stiffness, which hold at every state. N/mm stand with "
+        "preload, amplitude and frequency on the supplier's sheet.",
         wide=True,
     )
     today = study.response(study.space.nominal[np.newaxis])[0]

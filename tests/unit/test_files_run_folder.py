@@ -235,6 +235,11 @@ def test_latest_is_the_run_of_a_study_that_began_last_and_has_finished(tmp_path,
         (folder / name / "run.json").write_text('{"study": "front"}')
     assert run_folder.read_run(folder / "latest").folder == folder / names[1]
     assert run_folder.read_run("front/latest").folder.name == names[1]
+    assert run_folder.read_run("latest").folder == folder / names[1]
+    begun = run_folder.find_run(Path("results"), "front", "latest")
+    assert begun.folder.name == "2026-11-23_104530_seed1.unfinished"
+    with pytest.raises(InputError, match="no run of other was interrupted"):
+        run_folder.find_run(Path("results"), "other", "latest")
     (folder / "latest").mkdir()
     (folder / "latest" / "run.json").write_text('{"study": "front"}')
     assert run_folder.read_run(folder / "latest").folder == folder / "latest"

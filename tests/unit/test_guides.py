@@ -24,6 +24,7 @@ from deboom.files.rows import PlacedImpact
 from deboom.files.tables import read_table
 from deboom.files.time_data import WavChannel
 from deboom.files.uff import UffFunction, write_sets, write_uff
+from deboom.files.units import parse_unit
 from deboom.mounts.response_surface import KelvinVoigtModel, StiffnessSamples
 from deboom.runs.runner import load_study
 
@@ -199,8 +200,9 @@ def test_the_format_reads_what_numpy_wrote_and_refuses_the_rest(tmp_path):
     }
     np.savez(tmp_path / "car.npz", **good)
     table = read(tmp_path / "car.npz")
-    unit, values = table.functions["TSM x"]
-    assert (unit, values.tolist(), table.frequency.tolist()) == ("Pa/N", [1j, 3.0], [20.0, 21.0])
+    unit, values = table.spectrum("TSM x")
+    assert (unit, values.tolist()) == (parse_unit("Pa/N"), [1j, 3.0])
+    assert table.frequency.tolist() == [20.0, 21.0]
     damaged = {
         "short": (good | {"values": good["values"][:1]}, "do not fit together"),
         "nameless": ({k: v for k, v in good.items() if k != "names"}, "no array 'names'"),

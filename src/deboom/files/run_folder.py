@@ -391,7 +391,7 @@ def read_run(folder: str | Path) -> RunEntry:
     ----------
     folder : str or Path
         Folder of a run, a file in it, the name of a run, or ``<folder of a study>/latest`` for its
-        run that began last and has finished.
+        run that began last and has finished; ``latest`` for that of any study in ``results``.
 
     Returns
     -------
@@ -444,13 +444,15 @@ def _runs_named(folder: Path) -> list[Path]:
 def latest_run(folder: Path) -> Path:
     """Return the folder itself, or what ``<folder of a study>/latest`` stands for.
 
-    The study's folder may also be named as it is in ``results`` here.
+    The study's folder may also be named as it is in ``results`` here; ``latest`` alone is the run
+    of any study there.
 
     - raises InputError: no run of the study has finished.
     """
     if folder.name != LATEST or folder.exists():
         return folder
-    homes = (folder.parent, Path("results") / folder.parent)
+    alone = len(folder.parts) == 1
+    homes = Path("results").glob("*") if alone else (folder.parent, Path("results") / folder.parent)
     finished = [
         record.parent
         for home in homes
@@ -459,7 +461,8 @@ def latest_run(folder: Path) -> Path:
     ]
     if not finished:
         raise InputError(
-            f"{folder}: no run has finished in {folder.parent}; `deboom list` shows all"
+            f"{folder}: no run has finished in {'results' if alone else folder.parent}; "
+            "`deboom list` shows all"
         )
     return max(finished, key=lambda run: run.name)
 
@@ -495,10 +498,17 @@ def find_run(out: Path, study: str, wanted: str) -> RunEntry:
     - `out`: Folder of all results.
     - `study`: Name of the study.
     - `wanted`: Name of the run or path of its folder, with or without the mark of an unfinished
-      one. A run that has finished in the meantime is found as well.
-    - raises InputError: No such run, a run of another study, or a damaged record.
+      one, or ``latest`` for the unfinished one that began last. A run that has finished in the
+      meantime is found as well.
+    - raises InputError: No such run, none that is unfinished, a run of another study, or a
+      damaged record.
     """
     plain = wanted.rstrip("/\\").removesuffix(UNFINISHED)
+    if plain == LATEST:
+        begun = [record.parent.name for record in (out / study).glob(f"*{UNFINISHED}/{RECORD}")]
+        if not begun:
+            raise InputError(f"{out / study}: no run of {study} was interrupted")
+        plain = max(begun).removesuffix(UNFINISHED)
     candidates = [
         Path(f"{place}{suffix}")
         for place in (plain, out / study / plain)

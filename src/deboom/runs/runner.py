@@ -600,7 +600,8 @@ def _common_options(
         str | None,
         typer.Option(
             metavar="RUN",
-            help="Go on with an interrupted run, by its name or folder; it keeps its options.",
+            help="Go on with an interrupted run, by its name or folder, or with the latest; it "
+            "keeps its options.",
         ),
     ] = None,
     other_code: Annotated[

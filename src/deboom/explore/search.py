@@ -611,12 +611,13 @@ def search(
 ) -> Front:
     """Search the robust front, let it converge, and verify it with draws it never saw.
 
-    NSGA-II keeps every evaluation. Where two sums are minimised, all designs share their draws, no
-    variable takes whole numbers only and no limits are set, gradients do the rest: of a model with
-    exact slopes, such as a `deboom.BoomingModel` in prescribed or coupled motion, the whole front
-    converges (`deboom.explore.descent.converged_front`) and joins what NSGA-II evaluated; of any
-    other smooth model each `Pick` goes on by differences. Elsewhere picks are the best of all
-    evaluated designs. At last the designs that are shown are evaluated again.
+    NSGA-II keeps every evaluation. Where two means or sigmas are minimised, all designs share their
+    draws and no variable takes whole numbers only, gradients do the rest: of a model with exact
+    slopes, such as a `deboom.BoomingModel` in prescribed or coupled motion, the whole front
+    converges (`deboom.explore.descent.converged_front`), also within limits of means, sigmas and
+    numbers of the design itself, and joins what NSGA-II evaluated; of any other smooth model
+    without limits each `Pick` goes on by differences. Elsewhere picks are the best of all evaluated
+    designs. At last the designs that are shown are evaluated again.
 
     Parameters
     ----------
@@ -703,9 +704,9 @@ def search(
         checkpoint=checkpoint,
     )
     gradients = polish and limits is None and robust.limits is None and _smooth(robust)
-    converges = gradients and is_smooth(robust)
+    converges = polish and is_smooth(robust, limits)
     if converges:
-        result = _with_descents(robust, result, seed=seed, progress=progress)
+        result = _with_descents(robust, limits, result, seed=seed, progress=progress)
     rows = result.front
     if shown is not None:
         picked = _picked(robust, result.evaluated, polish=gradients)
@@ -719,6 +720,8 @@ def search(
         notes.append("Descents along exact gradients then brought the whole front to convergence.")
     elif gradients and shown is not None:
         notes.append("Its picks then went on by gradient.")
+    elif polish and not gradients and is_smooth(replace(robust, limits=None)):
+        notes.append("A limit has no gradient, so that the algorithm's designs are the front.")
     judge = replicates(robust, verified_with, seed=seed)
     try:
         values = verified(rows, judge)
@@ -749,11 +752,25 @@ def _designs_of(begin: Any) -> RealArray | None:
 
 
 def _with_descents(
-    robust: Robust, result: SearchResult, *, seed: int, progress: Progress | None
+    robust: Robust,
+    limits: DesignLimits | None,
+    result: SearchResult,
+    *,
+    seed: int,
+    progress: Progress | None,
 ) -> SearchResult:
     """Return a search whose front has converged by descents, which join its archive."""
     begun = time.perf_counter()
-    values = robust(converged_front(robust, seed=seed, progress=progress))
+    evaluated = robust if limits is None else limits.around(robust)
+    limited = evaluated.limits is not None
+    designs = converged_front(
+        robust,
+        seed=seed,
+        limits=limits,
+        begin=np.asarray(result.front.designs) if limited else None,
+        progress=progress,
+    )
+    values = evaluated(designs)
     return replace(
         result,
         front=pareto_front(result.front, values),

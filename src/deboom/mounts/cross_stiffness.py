@@ -40,8 +40,8 @@ OTHER_AXES = 0.2
 """Weight of the whole motion in the amplitude that an axis' stiffness depends on [1]."""
 
 CLEAR = 5.0
-"""Twice the logarithm of the likelihood that an angle must bring. Drawn benches with parallel
-mounts stay below 3."""
+"""Twice the logarithm of the likelihood that an angle must bring. Parallel mounts of drawn benches
+stay below 4."""
 
 CLEAR_CROSS = 12.0
 """The same of cross stiffness that no angle explains. Drawn benches stay below 4."""

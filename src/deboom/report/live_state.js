@@ -221,7 +221,7 @@ const worker = startWorker((reply) => {
     return count;
   });
   session.band = reply;
-  drawCurves();
+  drawBands();
   drawCards();
 });
 

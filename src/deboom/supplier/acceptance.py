@@ -109,63 +109,9 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
     report.summary |= {name: min(values) for name, values in smallest.items() if values}
     report.inputs += inputs
 
-    low, high = (f"{PERCENT * end:g}" for end in INTERVAL)
-    report.section(
-        "Batches",
-        "A batch passes if every measured part passes and at least "
-        f"{PERCENT * demand.share_stated:g} % of its pieces, measured or not, lie inside beyond "
-        "doubt: few measured parts leave much open. Beside it stand the cars that get their "
-        "mounts from the batch, all other mounts anywhere in the box, with the interval from "
-        f"{low} to {high} %. The box promises its share for parts all over it: a batch in a "
-        "corner may keep every interval and still make loud cars.",
-    )
-    batches = _batch_table(delivery)
-    report.table("batches", batches, "One row per batch.", shown=batches[VERDICTS])
-    report.table(None, batches[SHARES], "What the measured parts say of all.")
-
-    conditions = dict.fromkeys(v.condition for v in demand.variables if v.required)
-    report.section(
-        "Parts in their intervals",
-        f"Stiffness over today's, {'; '.join(conditions)}. Measure deliveries there.",
-    )
-    rows = {
-        f"{batch.mount} {axis}, {batch.name}": (
-            demand.variable(f"{batch.mount} {axis}"),
-            np.quantile([part.factors[axis] for part in batch.parts], [0.5, 0.0, 1.0]),
-        )
-        for batch in delivery.batches
-        for axis in dict.fromkeys(axis for part in batch.parts for axis in part.factors)
-    }
-    panel = plot.IntervalPanel(
-        "dynamic stiffness over today's [1]",
-        {"": tuple(np.transpose([measured for _, measured in rows.values()]))},
-        allowed=tuple(
-            np.transpose([(direction.lower, direction.upper) for direction, _ in rows.values()])
-        ),
-    )
-    report.figure(
-        "parts",
-        lambda: plot.interval_panels(list(rows), [panel]),
-        "Median, smallest and largest part of each batch; grey: the interval.",
-    )
-    parts = delivery.table
-    others = parts.loc[parts["verdict"] != PartVerdict.passed.value, ["part", "verdict", "reason"]]
-    caption = "" if others.empty else "Parts that do not pass; parts.csv has all of them."
-    report.table("parts", parts, caption, shown=others)
-
-    report.section(
-        "Capability",
-        "Cp compares the width of the interval with the scatter, Cpk also sees a mean off its "
-        "middle. The bounds hold with 95 % confidence for a normal process; Cpk from about 20 "
-        "parts upwards."
-        + (
-            f" The sheet demands a Cpk of {demand.cpk:g} [1]: shown where the lower bound reaches "
-            "it, missed where the sample's own value is below."
-            if demand.cpk is not None
-            else ""
-        ),
-    )
-    report.table("capability", _capability_table(delivery), "One row per batch and limited axis.")
+    _batches(report, delivery)
+    _parts(report, delivery)
+    _capability(report, delivery)
     if any(batch.cars is not None for batch in delivery.batches):
         _levels(report, delivery)
     return report
@@ -209,6 +155,76 @@ def _answer(report: Report, delivery: Delivery, passed: int, failed: int, open_:
         "`supplier.html` beside this page is for the supplier.",
         Step("deboom accept SPECIFICATION PARTS", "again, once what is undecided was measured"),
     )
+
+
+def _batches(report: Report, delivery: Delivery) -> None:
+    """Say when a batch passes, and list the batches."""
+    demand = delivery.demand
+    low, high = (f"{PERCENT * end:g}" for end in INTERVAL)
+    report.section(
+        "Batches",
+        "A batch passes if every measured part passes and at least "
+        f"{PERCENT * demand.share_stated:g} % of its pieces, measured or not, lie inside beyond "
+        "doubt: few measured parts leave much open. Beside it stand the cars that get their "
+        "mounts from the batch, all other mounts anywhere in the box, with the interval from "
+        f"{low} to {high} %. The box promises its share for parts all over it: a batch in a "
+        "corner may keep every interval and still make loud cars.",
+    )
+    batches = _batch_table(delivery)
+    report.table("batches", batches, "One row per batch.", shown=batches[VERDICTS])
+    report.table(None, batches[SHARES], "What the measured parts say of all.")
+
+
+def _parts(report: Report, delivery: Delivery) -> None:
+    """Draw the parts of each batch in their intervals, and list those that do not pass."""
+    demand = delivery.demand
+    conditions = dict.fromkeys(v.condition for v in demand.variables if v.required)
+    report.section(
+        "Parts in their intervals",
+        f"Stiffness over today's, {'; '.join(conditions)}. Measure deliveries there.",
+    )
+    rows = {
+        f"{batch.mount} {axis}, {batch.name}": (
+            demand.variable(f"{batch.mount} {axis}"),
+            np.quantile([part.factors[axis] for part in batch.parts], [0.5, 0.0, 1.0]),
+        )
+        for batch in delivery.batches
+        for axis in dict.fromkeys(axis for part in batch.parts for axis in part.factors)
+    }
+    panel = plot.IntervalPanel(
+        "dynamic stiffness over today's [1]",
+        {"": tuple(np.transpose([measured for _, measured in rows.values()]))},
+        allowed=tuple(
+            np.transpose([(direction.lower, direction.upper) for direction, _ in rows.values()])
+        ),
+    )
+    report.figure(
+        "parts",
+        lambda: plot.interval_panels(list(rows), [panel]),
+        "Median, smallest and largest part of each batch; grey: the interval.",
+    )
+    parts = delivery.table
+    others = parts.loc[parts["verdict"] != PartVerdict.passed.value, ["part", "verdict", "reason"]]
+    caption = "" if others.empty else "Parts that do not pass; parts.csv has all of them."
+    report.table("parts", parts, caption, shown=others)
+
+
+def _capability(report: Report, delivery: Delivery) -> None:
+    """Say what Cp and Cpk tell, and list them."""
+    demand = delivery.demand
+    report.section(
+        "Capability",
+        "Cp compares the width of the interval with the scatter, Cpk also sees a mean off its "
+        "middle. The bounds hold with 95 % confidence for a normal process; Cpk from about 20 "
+        "parts upwards."
+        + (
+            f" The sheet demands a Cpk of {demand.cpk:g} [1]: shown where the lower bound reaches "
+            "it, missed where the sample's own value is below."
+            if demand.cpk is not None
+            else ""
+        ),
+    )
+    report.table("capability", _capability_table(delivery), "One row per batch and limited axis.")
 
 
 def _levels(report: Report, delivery: Delivery) -> None:

@@ -30,6 +30,7 @@ import numpy.typing as npt
 from filelock import FileLock, Timeout
 from pydantic import BaseModel, ConfigDict, Field
 
+from deboom import __version__
 from deboom.errors import InputError
 from deboom.files.disk import opened_file, read_arrays, read_json, replace_bytes, replace_text
 from deboom.files.schema import wrong_entries
@@ -224,6 +225,8 @@ def _relative_name(path: Path, folder: Path) -> str:
 
 
 def _version(name: str) -> str | None:
+    if name == "deboom":  # an editable install keeps the version that it was installed with
+        return __version__
     try:
         return metadata.version(name)
     except metadata.PackageNotFoundError:

@@ -38,6 +38,8 @@ from deboom.vehicles.fleet import Fleet
 GROUP, CASE, GEAR, TORQUE, BAND = "U06", "g5_wot220", 5, 220.0, (20.0, 60.0)
 TRUTH = 20_000
 """Added to the seed of a fleet for that of its powertrain."""
+JUDGES = range(7001, 7045)
+"""Fleets on which nothing may be chosen."""
 DRAWS, STEPS, PATHS = 16, 25, 10
 
 

@@ -15,23 +15,26 @@ LINES = np.linspace(20.0, 80.0, 121)
 ALONG = np.diag([120e3, 100e3, 420e3]) * (1 + 0.1j)
 
 
-def run(torque, angle, seed, cross=0.0):
-    """One run in vehicle axes: a smooth motion, and the force of a mount turned about y."""
+def run(torque, angle, seed, cross=0.0, about="y", along=ALONG):
+    """One run in vehicle axes: a smooth motion, and the force of a mount that is turned."""
     generator = np.random.default_rng(seed)
     place = np.linspace(0, 1, LINES.size)[:, np.newaxis]
     terms = generator.normal(size=(4, 3)) + 1j * generator.normal(size=(4, 3))
     waves = [np.ones_like(place), np.exp(3j * place), np.exp(-5j * place), np.exp(8j * place)]
     moved = 1e-4 * sum(wave * term for wave, term in zip(waves, terms, strict=True))
-    turn = Rotation.from_euler("y", angle, degrees=True).as_matrix()
-    stiffness = turn @ ALONG @ turn.T * (1 + 2e-3 * torque)
+    turn = Rotation.from_euler(about, [angle] * len(about), degrees=True).as_matrix()
+    stiffness = turn @ along @ turn.T * (1 + 2e-3 * torque)
     skewed = np.array([[0, cross, 0], [-cross, 0, cross], [0, -cross, 0]])
     force = moved @ (stiffness + skewed).T
     force = force * (1 + 2e-3 * generator.normal(size=force.shape))
     return moved, force, np.stack([np.full(LINES.size, torque), LINES], axis=1)
 
 
-def judged(angle, cross=0.0):
-    runs = [run(torque, angle, seed, cross) for seed, torque in enumerate((60.0, 120.0, 220.0), 1)]
+def judged(angle, cross=0.0, about="y", along=ALONG):
+    runs = [
+        run(torque, angle, seed, cross, about, along)
+        for seed, torque in enumerate((60.0, 120.0, 220.0), 1)
+    ]
     moved, force, state = (np.vstack([each[k] for each in runs]) for k in range(3))
     return cross_stiffness("GeM", moved, force, state, Tolerances())
 
@@ -40,9 +43,18 @@ def judged(angle, cross=0.0):
 def test_an_unstated_angle_is_named(angle):
     finding = judged(angle)
     assert finding.clear
-    named = np.rad2deg(finding.angles)
-    np.testing.assert_allclose(named, [0.0, angle, 0.0], atol=2.0)
-    assert f"{abs(angle):.0f} deg would do" in finding.sentence
+    assert finding.decided[1]
+    assert abs(np.rad2deg(finding.angles[1]) - angle) < 3.0
+    assert f"ry = {np.rad2deg(finding.angles[1]):.0f} ± " in finding.sentence
+
+
+def test_an_angle_that_makes_no_difference_is_not_named():
+    finding = judged(25.0, along=np.diag([110e3, 400e3, 110e3]) * (1 + 0.1j))
+    assert not finding.clear  # x and z are alike: a turn about y changes nothing
+    both = judged(25.0, about="xy", along=np.diag([110e3, 110e3, 400e3]) * (1 + 0.1j))
+    assert both.clear
+    assert not both.decided[2]  # a turn about the mount's main axis changes nothing
+    assert "do not decide" in both.sentence
 
 
 def test_parallel_mounts_raise_no_alarm():

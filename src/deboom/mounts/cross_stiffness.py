@@ -1,14 +1,14 @@
-"""Cross stiffness: whether a mount's force follows from all three displacements, not its own."""
+"""Cross stiffness: whether a mount stands at an angle that is not stated."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations_with_replacement, permutations, product
-from typing import Any
+from itertools import product
 
 import numpy as np
-from scipy.optimize import minimize
+from numpy.polynomial.legendre import legvander
+from scipy.optimize import OptimizeResult, least_squares
 from scipy.spatial.transform import Rotation
 
 from deboom.arrays import ComplexArray, RealArray
@@ -18,91 +18,179 @@ from deboom.measurement.sensors import Tolerances
 from deboom.mounts.mount import Mount, in_mount_axes
 from deboom.mounts.operating_map import OperatingMap
 
-LINES = 1200
+LINES = 400
 """Lines that are looked at, at most."""
 
-MISFIT = 0.005
-"""Part of a force that its own displacement leaves even along the axes of the mount: the stiffness
-is no polynomial [1]."""
+EFFECTIVE_LINES = 15
+"""What the lines count for [1]: a stiffness misses neighbouring ones alike."""
 
-CLEAR = 0.55
-"""Force that only the other displacements explain, over the most that the stated tolerances let
-them explain [1]. Drawn benches with parallel mounts stay below 0.3, because sensors average."""
+LEAST_MISFIT = 0.003
+"""Part of a force that no stiffness of the form that is fitted explains, at least [1]."""
 
-LARGEST_TOLERATED = 0.3
-"""Part of a force that tolerances explain from which an axis says nothing: it hardly moves [1]."""
+USUAL_ANGLE = np.deg2rad(20.0)
+"""Standard deviation of an unstated angle before anything is measured [rad]."""
 
-LARGE = 0.05
-"""Part of a force that its own displacement leaves, from which on other axes are looked for [1]."""
+DEGREE = 3
+"""Degree of a stiffness over preload, frequency and amplitude."""
 
-LEAST_DROP = 0.3
-"""Least part of the unexplained force that all three displacements must explain [1]."""
+PRELOAD_DEGREE = 9
+"""Degree over the preload alone, the first variable of a state: a stop sets in."""
 
-LARGEST_REST = 0.5
-"""Misfit after a turn over that before up to which the turn is named [1]."""
+OTHER_AXES = 0.2
+"""Weight of the whole motion in the amplitude that an axis' stiffness depends on [1]."""
 
-LEAST_ANGLE = np.deg2rad(2.0)
-"""Smallest angle that is named [rad]."""
+CLEAR = 5.0
+"""Twice the logarithm of the likelihood that an angle must bring. Parallel mounts of drawn benches
+stay below 4."""
 
-DEGREE = 2
-"""Degree of a stiffness over torque, amplitude and frequency in the comparison."""
+CLEAR_CROSS = 12.0
+"""The same of cross stiffness that no angle explains. Drawn benches stay below 4."""
+
+DECIDED = np.deg2rad(4.0)
+"""Largest standard deviation of an angle that is named [rad]."""
+
+MODEL_ERROR = np.deg2rad(1.5)
+"""Standard deviation of a named angle by the form of the stiffness [rad]; from drawn benches."""
+
+QUANTILE = 1.645
+"""Half width of an interval of 90 % over its standard deviation."""
+
+RIDGE = 1e-9
+"""Keeps terms apart that the lines do not tell apart [1]."""
+
+PAIRS = tuple((a, b) for a in range(3) for b in range(3) if a != b)
+GRID = tuple(product(np.deg2rad([-18.0, 0.0, 18.0]), repeat=3))
+STARTS = 6
+NEAR = np.deg2rad(1.0)
+"""Fits whose angles differ by less have ended in one maximum [rad]."""
+
+LIKELY = 2.0
+"""Maxima of the posterior whose logarithm lies this far below the best are left out."""
+
+"""Starts from which the angles are looked for where they matter."""
 
 
 @dataclass(frozen=True, eq=False)
 class CrossStiffness:
-    """What the displacements across an axis bring to the force along it.
+    """What an angle, or displacements across an axis, bring to the force along it.
 
     - `mount`: ``<mount> [<piece>]``.
-    - `alone`, `together` (3,): part of the force along each axis that its own displacement leaves
-      unexplained, and all three together [1].
-    - `tolerated` (3,): part that the stated tolerances of sensors and cells let other axes explain,
-      one standard deviation [1].
-    - `angles` (3,): turn from the axes in which force and displacement are given after which each
-      axis is best explained by its own displacement, about x, then y, then z; zeros where there is
-      no alarm [rad].
-    - `turned`: part of the misfit that is left after that turn, over that before [1].
+    - `by_angle`: twice the logarithm of the likelihood that an angle brings [1].
+    - `by_cross`: the same that free cross stiffness brings beyond the angle [1].
+    - `angles`, `deviations` (3,): rx, ry, rz from how it is stated to stand, about fixed axes x,
+      then y, then z, and their standard deviations [rad].
     """
 
     mount: str
-    alone: RealArray
-    together: RealArray
-    tolerated: RealArray
+    by_angle: float
+    by_cross: float
     angles: RealArray
-    turned: float = 1.0
-
-    @property
-    def excess(self) -> RealArray:
-        """Force that other displacements explain over what tolerances allow, shape (3,) [1]."""
-        gain = np.sqrt(np.maximum(self.alone**2 - self.together**2, 0.0))
-        drop = self.together < (1.0 - LEAST_DROP) * self.alone
-        judged = drop & (self.tolerated < LARGEST_TOLERATED) & (self.alone > LARGE)
-        return np.asarray(np.where(judged, gain / self.tolerated, 0.0))
+    deviations: RealArray
 
     @property
     def clear(self) -> bool:
-        """Whether an axis is clearly better explained by all three displacements."""
-        return bool(self.excess.max() > CLEAR)
+        """Whether the mount clearly stands otherwise than stated, or has cross stiffness."""
+        return self.by_angle > CLEAR or self.by_cross > CLEAR_CROSS
+
+    @property
+    def decided(self) -> tuple[bool, bool, bool]:
+        """Whether rx, ry, rz are known well enough to be named."""
+        x, y, z = (bool(deviation < DECIDED) for deviation in self.deviations)
+        return x, y, z
 
     @property
     def sentence(self) -> str:
         """Alarm in a sentence."""
-        axis = int(np.argmax(self.excess))
-        turn = float(np.linalg.norm(Rotation.from_euler("xyz", self.angles).as_rotvec()))
-        evidence = (
-            f"mount {self.mount}: the displacement along {AXES[axis]} leaves "
-            f"{100 * self.alone[axis]:.2g} % of the force along it unexplained, all three together "
-            f"{100 * self.together[axis]:.2g} %"
-        )
-        if turn > LEAST_ANGLE and self.turned < LARGEST_REST:
-            angles = ", ".join(f"{np.rad2deg(angle):.0f}" for angle in self.angles)
+        start = f"mount {self.mount}: "
+        if self.by_cross > CLEAR_CROSS:
             return (
-                f"{evidence}: it stands at an angle that is not stated; {np.rad2deg(turn):.0f} deg "
-                f"would do (rx, ry, rz = {angles} deg from how it is stated to stand): check it, "
-                "and state the angles in the mount table"
+                f"{start}displacements across its axes bring force along them, and no angle "
+                "explains it: check its axes and signs, or take it for a mount with cross "
+                "stiffness, which factors along axes do not describe"
             )
+        named = [
+            f"r{axis} = {np.rad2deg(angle):.0f} ± {np.rad2deg(QUANTILE * deviation):.0f} deg"
+            for axis, angle, deviation, decided in zip(
+                AXES, self.angles, self.deviations, self.decided, strict=True
+            )
+            if decided
+        ]
+        open_angles = [
+            f"r{axis}" for axis, decided in zip(AXES, self.decided, strict=True) if not decided
+        ]
+        if not named:
+            return (
+                f"{start}it stands at an angle that is not stated, or has cross stiffness; these "
+                "runs do not decide its size: look how it stands, and state the angles in the "
+                "mount table"
+            )
+        rest = f"; these runs do not decide {' and '.join(open_angles)}" if open_angles else ""
         return (
-            f"{evidence}, and no angle explains it: check its axes and signs, or take it for a "
-            "mount with cross stiffness, which factors along axes do not describe"
+            f"{start}it stands at an angle that is not stated: {', '.join(named)} (90 %) from how "
+            f"it is stated to stand{rest}: check it, and state the angles in the mount table"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Comparison:
+    """A mount's force explained along axes that are turned, sensors and shaker being askew.
+
+    Displacement and force are (n, 3) along the stated axes, the state (n, k) is scaled to -1 … 1;
+    `askew` (12,) are standard deviations of the angles between axes of sensors, then of the shaker
+    [rad]. Unknowns (15,): three angles [rad], and by how many of their standard deviations
+    sensors and shaker are askew. An axis' stiffness is fitted for each choice of them.
+    """
+
+    displacement: ComplexArray
+    force: ComplexArray
+    state: RealArray
+    askew: RealArray
+
+    def rest(self, unknowns: RealArray, *, cross: bool = False) -> ComplexArray:
+        """Return the unexplained force over the size of the whole force, shape (3, n) [1]."""
+        turn = Rotation.from_euler("xyz", unknowns[:3]).as_matrix()
+        leaning = self.askew * unknowns[3:]
+        sensors, shaker = np.eye(3), np.eye(3)
+        for k, (a, b) in enumerate(PAIRS):
+            sensors[a, b] -= leaning[k]
+            shaker[a, b] -= leaning[len(PAIRS) + k]
+        size = np.linalg.norm(self.force, axis=1)
+        moved = self.displacement @ sensors.T @ turn / size[:, np.newaxis]
+        pushed = self.force @ shaker.T @ turn / size[:, np.newaxis]
+        whole = np.linalg.norm(moved, axis=1)
+        rests = []
+        for axis in range(3):
+            felt = np.hypot(np.abs(moved[:, axis]), OTHER_AXES * whole) * size
+            terms = _stiffness_terms(np.column_stack([self.state, _scaled(np.log(felt))]))
+            others = np.delete(moved, axis, axis=1) if cross else None
+            rests.append(_unexplained(pushed[:, axis], moved[:, axis], terms, others))
+        return np.stack(rests)
+
+    def misfit(self, unknowns: RealArray) -> float:
+        """Return the root mean square of the rest [1], at least `LEAST_MISFIT`."""
+        return float(np.hypot(np.sqrt(np.mean(np.abs(self.rest(unknowns)) ** 2)), LEAST_MISFIT))
+
+    def weighted(self, rest: ComplexArray, misfit: float) -> RealArray:
+        """Return residuals whose squares add up to twice the logarithm of the likelihood."""
+        each = (rest * np.sqrt(EFFECTIVE_LINES / len(self.force)) / misfit).ravel()
+        return np.concatenate([each.real, each.imag])
+
+    def solve(self, start: RealArray, misfit: float, *, turned: bool = True) -> OptimizeResult:
+        """Fit the unknowns, or those of sensors and shaker alone."""
+
+        def residuals(free: RealArray) -> RealArray:
+            unknowns = free if turned else np.concatenate([np.zeros(3), free])
+            prior = np.concatenate([unknowns[:3] / USUAL_ANGLE, unknowns[3:]])
+            return np.concatenate([self.weighted(self.rest(unknowns), misfit), prior])
+
+        scale = np.concatenate([np.full(3, 0.1), np.ones(12)])
+        return least_squares(
+            residuals,
+            start if turned else start[3:],
+            x_scale=scale if turned else scale[3:],
+            ftol=1e-3,
+            xtol=1e-4,
+            max_nfev=30,
         )
 
 
@@ -113,81 +201,59 @@ def cross_stiffness(
     state: RealArray,
     tolerances: Tolerances,
 ) -> CrossStiffness:
-    """Compare explanations of a mount's force: each axis by its own displacement, or by all three.
+    """Judge whether a mount's force follows from its own displacements along the stated axes.
 
     - `mount`: ``<mount> [<piece>]``.
     - `displacement`, `force` (n, 3): along the axes that are stated [m], [N].
-    - `state` (n, k): what the stiffness may depend on besides its own amplitude, such as wheel
-      torque and frequency.
+    - `state` (n, k): what the stiffness may depend on besides the amplitude, the preload such as a
+      wheel torque first.
     - `tolerances`: of sensors, cells and shaker.
 
-    Per axis ``f_a = Σ_b K_ab s_b`` by least squares: K_aa is a polynomial of degree `DEGREE` in the
-    state and the axis' own amplitude, K_ab a constant. An accelerometer askew by θ shows ``θ s_b``
-    along a, and a shaker askew by φ makes ``φ f_b`` of the force: so much is tolerated.
+    Along the axes of the mount ``f_a = K_a s_a``, K_a a polynomial in state and amplitude by least
+    squares; the angles of the mount, of the sensors and of the shaker follow from all lines
+    together, those of sensors and shaker within their tolerances (errors in variables, maximum of
+    the posterior). Motion that is nearly alike in all lines, or stiffnesses that are nearly alike,
+    leave angles open: their deviations say so.
     """
     every = slice(None, None, -(-len(force) // LINES))
-    displacement, force, scaled = displacement[every], force[every], _scaled(state[every])
-    askew = np.hypot(tolerances.sensor_angle, tolerances.sensor_cross_axis)
-
-    def sizes(moved: ComplexArray, pushed: ComplexArray) -> tuple[RealArray, RealArray]:
-        """Return size of the force and what is tolerated of it, both (3,) [N]."""
-        s, f = np.linalg.norm(moved, axis=0), np.linalg.norm(pushed, axis=0)
-        stiffness = f / np.maximum(s, np.finfo(float).tiny)
-        beside = [np.linalg.norm(np.delete(each, a)) for each in (s, f) for a in range(3)]
-        motion, load = np.split(np.array(beside), 2)
-        tolerated = np.linalg.norm(
-            [askew * stiffness * motion, tolerances.shaker_angle * load, MISFIT * f], axis=0
-        )
-        return f, np.asarray(tolerated)
-
-    def left_alone(moved: ComplexArray, pushed: ComplexArray) -> RealArray:
-        return np.array(
-            [_left_over(pushed[:, axis], _own(moved[:, axis], scaled)) for axis in range(3)]
-        )
-
-    def misfit(angles: RealArray) -> float:
-        turn = Rotation.from_euler("xyz", angles).as_matrix()
-        moved, pushed = displacement @ turn, force @ turn
-        return float(np.linalg.norm(left_alone(moved, pushed) / sizes(moved, pushed)[1]))
-
-    size, tolerated = sizes(displacement, force)
-    together = [
-        _left_over(
-            force[:, axis],
-            np.hstack([_own(displacement[:, axis], scaled), np.delete(displacement, axis, axis=1)]),
-        )
-        for axis in range(3)
-    ]
-    upright = np.zeros(3)
-    parts = left_alone(displacement, force) / size, np.array(together) / size, tolerated / size
-    judged = CrossStiffness(mount, *parts, upright)
-    if not judged.clear:
-        return judged
-    turns = np.deg2rad([-30.0, -15.0, 15.0, 30.0])
-    starts = [upright, *(angle * unit for unit in np.eye(3) for angle in turns)]
-    start = min(starts, key=misfit)
-    simplex = np.vstack([start, start + np.deg2rad(8.0) * np.eye(3)])
-    options: Any = {
-        "xatol": np.deg2rad(0.1),
-        "fatol": 1e-3,
-        "maxfev": 300,
-        "initial_simplex": simplex,
-    }
-    best = minimize(misfit, start, method="Nelder-Mead", options=options)
-    return CrossStiffness(mount, *parts, _least_turn(best.x), float(best.fun) / misfit(upright))
+    sensor = np.hypot(tolerances.sensor_angle, tolerances.sensor_cross_axis)
+    askew = np.repeat([sensor, tolerances.shaker_angle], len(PAIRS))
+    comparison = _Comparison(
+        displacement[every], force[every], _scaled(state[every]), np.asarray(askew)
+    )
+    upright = np.zeros(15)
+    grid = [np.concatenate([angles, upright[3:]]) for angles in GRID]
+    costs = [np.sum(np.abs(comparison.rest(start)) ** 2) for start in grid]
+    order = np.argsort(costs)
+    misfit = comparison.misfit(comparison.solve(grid[order[0]], comparison.misfit(upright)).x)
+    held = comparison.solve(upright, misfit, turned=False)
+    starts = [grid[order[0]], np.concatenate([np.zeros(3), held.x])]
+    fits = [comparison.solve(start, misfit) for start in starts]
+    if 2.0 * (held.cost - min(fit.cost for fit in fits)) > CLEAR:
+        fits += [comparison.solve(grid[k], misfit) for k in order[1:STARTS]]
+    best = min(fits, key=lambda fit: float(fit.cost))
+    free = np.sum(comparison.weighted(comparison.rest(upright, cross=True), misfit) ** 2)
+    return CrossStiffness(
+        mount,
+        by_angle=float(2.0 * (held.cost - best.cost)),
+        by_cross=float(2.0 * best.cost - free),
+        angles=best.x[:3],
+        deviations=_deviations(best, fits),
+    )
 
 
-def _least_turn(angles: RealArray) -> RealArray:
-    """Return the smallest turn with the same principal axes, in any order and of any sign."""
-    axes = Rotation.from_euler("xyz", angles).as_matrix()
-    turns = [
-        turn
-        for order in permutations(range(3))
-        for signs in product((-1.0, 1.0), repeat=3)
-        if np.linalg.det(turn := axes[:, order] * signs) > 0.0
-    ]
-    least = max(turns, key=lambda turn: float(np.trace(turn)))
-    return np.asarray(Rotation.from_matrix(least).as_euler("xyz"))
+def _deviations(best: OptimizeResult, fits: Sequence[OptimizeResult]) -> RealArray:
+    """Return standard deviations of the angles, (3,) [rad], over all maxima of the posterior."""
+    squares, weights = [], []
+    for fit in fits:
+        if fit.cost - best.cost > LIKELY:
+            continue
+        near = [np.allclose(fit.x[:3], other.x[:3], atol=NEAR) for other in fits]
+        covariance = np.linalg.inv(fit.jac.T @ fit.jac)[:3, :3]
+        squares.append(np.diag(covariance) + (fit.x[:3] - best.x[:3]) ** 2)
+        weights.append(np.exp(best.cost - fit.cost) / np.sum(near))
+    mean = np.average(np.array(squares), axis=0, weights=weights)
+    return np.asarray(np.sqrt(mean + MODEL_ERROR**2))
 
 
 def cross_stiffness_of_maps(
@@ -225,9 +291,8 @@ def cross_stiffness_of_runs(
     runs = [in_mount_axes(mounts, case) for case in load_cases]
     recorded = all(case.engine_torque is not None for case in runs)
     lines = np.concatenate([case.force.frequency for case in runs])
-    columns = [lines]
-    if recorded:
-        columns.append(np.concatenate([case.wheel_torque for case in runs]))
+    columns = [np.concatenate([case.wheel_torque for case in runs])] if recorded else []
+    columns.append(lines)
     state = np.stack(columns, axis=1)
     judged = []
     for mount in mounts:
@@ -242,30 +307,40 @@ def cross_stiffness_of_runs(
     return tuple(judged)
 
 
-def _own(displacement: ComplexArray, scaled: RealArray) -> ComplexArray:
-    """Terms of an axis' own stiffness times its displacement."""
-    amplitude = _scaled(np.log(np.maximum(np.abs(displacement), 1e-12))[:, np.newaxis])
-    terms = _polynomials(np.hstack([scaled, amplitude]), DEGREE)
-    return np.asarray(terms * displacement[:, np.newaxis])
-
-
 def _scaled(values: RealArray) -> RealArray:
     """Scale columns to -1 … 1."""
     low, high = values.min(axis=0), values.max(axis=0)
     return np.asarray((2.0 * values - low - high) / np.where(high > low, high - low, 1.0))
 
 
-def _polynomials(values: RealArray, degree: int) -> RealArray:
-    """All products of up to `degree` columns, the constant first."""
-    columns = [np.ones(len(values))]
-    for power in range(1, degree + 1):
-        for which in combinations_with_replacement(range(values.shape[1]), power):
-            columns.append(np.prod(values[:, which], axis=1))
-    return np.stack(columns, axis=1)
+def _stiffness_terms(variables: RealArray) -> RealArray:
+    """Return products of Legendre polynomials of the variables (n, k), shape (n, n_term)."""
+    powers = legvander(variables, DEGREE)
+    terms = [
+        np.prod([powers[:, k, degree] for k, degree in enumerate(degrees)], axis=0)
+        for degrees in product(range(DEGREE + 1), repeat=variables.shape[1])
+        if sum(degrees) <= DEGREE
+    ]
+    preload = legvander(variables[:, 0], PRELOAD_DEGREE)[:, DEGREE + 1 :]
+    return np.column_stack([*terms, preload])
 
 
-def _left_over(force: ComplexArray, terms: ComplexArray) -> float:
-    """Return the norm of what terms leave of a force by least squares [N]."""
-    size = np.maximum(np.linalg.norm(terms, axis=0), np.finfo(float).tiny)
-    orthonormal = np.linalg.qr(terms / size)[0]
-    return float(np.linalg.norm(force - orthonormal @ (orthonormal.conj().T @ force)))
+def _unexplained(
+    force: ComplexArray, displacement: ComplexArray, terms: RealArray, others: ComplexArray | None
+) -> ComplexArray:
+    """Return what a stiffness of the terms leaves of a force by least squares, shape (n,).
+
+    Normal equations are real as long as the terms are; a ridge keeps them solvable. The other
+    displacements (n, 2) have a constant stiffness each.
+    """
+    if others is None:
+        size = np.linalg.norm(terms * np.abs(displacement)[:, np.newaxis], axis=0)
+        scaled = terms / np.maximum(size, np.finfo(float).tiny)
+        gram = scaled.T @ (scaled * np.abs(displacement[:, np.newaxis]) ** 2)
+        right = scaled.T @ (displacement.conj() * force)
+        stiffness = np.linalg.solve(gram + RIDGE * np.eye(len(gram)), right)
+        return np.asarray(force - displacement * (scaled @ stiffness))
+    columns = np.hstack([terms * displacement[:, np.newaxis], others])
+    columns = columns / np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
+    gram = columns.conj().T @ columns + RIDGE * np.eye(columns.shape[1])
+    return np.asarray(force - columns @ np.linalg.solve(gram, columns.conj().T @ force))

@@ -1,0 +1,106 @@
+"""Mounts at an angle that is not stated.
+
+Drawn benches, each with one mount that stands 10 to 30° away from what its campaign states, about
+an axis that is drawn, and each with all mounts parallel: 27 training runs, every error of a
+laboratory. `deboom.mounts.cross_stiffness` judges all mounts. An engine's order moves a mount along
+nearly one line, and a turn between axes of alike stiffness changes nothing: such angles stay open,
+and the alarm says so. Benches whose accelerometers are refused before are left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from claims import Claim, at_least, at_most, draws, in_processes, over_draws
+from deboom.arrays import RealArray
+from deboom.bench.campaign import CampaignErrors, training_plan
+from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.powertrain import VirtualBench, load_bench
+from deboom.errors import InputError
+from deboom.files.campaign import read_campaign
+from deboom.mounts.characterise import cross_stiffness_of_campaign
+from deboom.mounts.cross_stiffness import QUANTILE, CrossStiffness
+
+SEEDS = range(201, 201 + draws(20))
+"""Benches up to 120 are for choosing constants."""
+
+ANGLES = (10.0, 30.0)
+"""Between these one mount is turned [deg]."""
+
+
+def claims() -> list[Claim]:
+    """Write and judge campaigns; two processes."""
+    judged = [case for case in in_processes(_judged, SEEDS) if case is not None]
+    right = wrong = n_open = 0
+    errors: list[float] = []
+    inside: list[bool] = []
+    for turned, place, of_tilted, of_parallel in judged:
+        right += of_tilted[place].clear
+        others = [*of_tilted[:place], *of_tilted[place + 1 :], *of_parallel]
+        wrong += sum(mount.clear for mount in others)
+        if not of_tilted[place].clear:
+            continue
+        alarm = of_tilted[place]
+        named = np.array(alarm.decided)
+        n_open += int(np.sum(~named))
+        off = np.abs(alarm.angles - turned)
+        errors += np.rad2deg(off)[named].tolist()
+        inside += (off < QUANTILE * alarm.deviations)[named].tolist()
+    few = f"{len(judged)} benches"
+    return [
+        at_least(
+            f"alarms for the mount that is turned, of {few} [%]", 75, 100 * right / len(judged), 0
+        ),
+        at_most(f"alarms for parallel mounts, {few} and their twins", 0, wrong, 0),
+        over_draws(
+            f"error of the {len(errors)} angles that are named [deg]; {n_open} are said to be open",
+            [np.nan, *errors],
+            {0.5: 3},
+            1,
+        ),
+        at_least("named angles inside their 90 % intervals [%]", 80, 100 * np.mean(inside), 0),
+    ]
+
+
+def one_turned(bench: VirtualBench, seed: int) -> tuple[VirtualBench, int]:
+    """Turn one mount of a bench by an angle of `ANGLES`; returns its place as well."""
+    generator = np.random.default_rng([seed, 77])
+    place = int(generator.integers(len(bench.mount_names)))
+    angle, about = generator.uniform(*ANGLES), generator.normal(size=3)
+    rotations = np.zeros((len(bench.mount_names), 3))
+    turn = Rotation.from_rotvec(np.deg2rad(angle) * about / np.linalg.norm(about))
+    rotations[place] = np.deg2rad(np.round(turn.as_euler("xyz", degrees=True), 1))
+    mounts = list(bench.powertrain.mounts)
+    matrix = Rotation.from_euler("xyz", rotations[place]).as_matrix()
+    mounts[place] = replace(mounts[place], forward=matrix.T @ mounts[place].forward)
+    powertrain = replace(bench.powertrain, mounts=tuple(mounts))
+    return replace(bench, powertrain=powertrain, rotations=rotations), place
+
+
+def _judged(
+    seed: int,
+) -> tuple[RealArray, int, list[CrossStiffness], list[CrossStiffness]] | None:
+    """Return the true angles, the place of the mount, and judgements of both campaigns."""
+    parallel = load_bench(seed)
+    tilted, place = one_turned(parallel, seed)
+    try:
+        of_tilted, of_parallel = (_judge(bench, seed) for bench in (tilted, parallel))
+    except InputError:
+        return None
+    return tilted.rotations[place], place, of_tilted, of_parallel
+
+
+def _judge(bench: VirtualBench, seed: int) -> list[CrossStiffness]:
+    """Write a campaign, leave its angles out, and judge its mounts."""
+    plan = replace(training_plan("M0"), shaker_repeats=1)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "bench"
+        write_campaign(path, seed, plan, CampaignErrors(), bench=bench)
+        campaign = read_campaign(path)
+        unstated = tuple(replace(mount, rotations=()) for mount in campaign.mounts)
+        return list(cross_stiffness_of_campaign(replace(campaign, mounts=unstated)))

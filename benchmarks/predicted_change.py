@@ -6,9 +6,12 @@ today's and the new parts in every car of the group, solved with the body's mode
 prints a table: seed, car, whether receptances were there, predicted and true change, and the
 standard deviation over repeated measurements [dB].
 
-Fleets 3001 to 3020 and 4001 to 4020 are for choosing the constants of
-`deboom.vehicles.predicted_change`. Fleets 7001 to 7044 (220 cars) judge them: they were named here
-before any was drawn, and no constant may be chosen after a look at them.
+Fleets 3001 to 3020, 4001 to 4020 and 7001 to 7044 are for choosing the constants of
+`deboom.vehicles.predicted_change`. The last were named here before they were drawn, to judge a
+constant of 0.03 dB that had been chosen on the others: with bodies at rest its 90 % intervals held
+78 % of 220 true changes, with receptances 92 %. So what the model leaves out grows with the change,
+and they were given up to choosing. Fleets 8001 to 8044 judge what was chosen then: they are named
+here before any is drawn, and no constant may be chosen after a look at them.
 """
 
 from __future__ import annotations
@@ -38,7 +41,7 @@ from deboom.vehicles.fleet import Fleet
 GROUP, CASE, GEAR, TORQUE, BAND = "U06", "g5_wot220", 5, 220.0, (20.0, 60.0)
 TRUTH = 20_000
 """Added to the seed of a fleet for that of its powertrain."""
-JUDGES = range(7001, 7045)
+JUDGES = range(8001, 8045)
 """Fleets on which nothing may be chosen."""
 DRAWS, STEPS, PATHS = 16, 25, 10
 

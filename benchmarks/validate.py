@@ -100,13 +100,21 @@ def imported(path: Path) -> tuple[Path, ...]:
 
 
 def sources(name: str) -> list[Path]:
-    """Return every module that a section rests on, its own among them; drawing moves no number."""
+    """Return every module that a section rests on, its own among them.
+
+    Drawing moves no number, nor does the package's first module, which holds the version.
+    """
     seen, waiting = set(), [CLAIMS / f"{name}.py"]
     while waiting:
         path = waiting.pop()
         if path not in seen:
             seen.add(path)
-            waiting += [p for p in imported(path) if not p.is_relative_to(ROOT / "src/deboom/plot")]
+            waiting += [
+                p
+                for p in imported(path)
+                if not p.is_relative_to(ROOT / "src/deboom/plot")
+                and p != ROOT / "src/deboom/__init__.py"
+            ]
     return sorted(seen)
 
 

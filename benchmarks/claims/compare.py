@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pandas as pd
-from deboom.runs.compare import Comparison, JudgedRun, judged
 
 from claims import Claim, at_least, draws
 from deboom.explore.front import FrontVerdict
@@ -21,6 +20,7 @@ from deboom.files.front_run import ComparedRun
 from deboom.files.front_table import FrontTable
 from deboom.files.platform import read_platform
 from deboom.files.run_folder import RunEntry
+from deboom.pages.comparison import Comparison, JudgedRun, judged
 from deboom.runs.options import Sampler, tolerance_sample
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.design_factor import factor_space

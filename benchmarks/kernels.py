@@ -11,6 +11,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ from deboom.vehicles.amplitude_motion import AmplitudeMotion
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.fleet import PathContributions
-from deboom.vehicles.kernels import level_sum
+from deboom.vehicles.kernels import LevelSum, level_sum
 from interleaved import quiet_seconds
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
@@ -138,9 +139,50 @@ def measure(
     )
 
 
+def ratios(shape: Shape, seconds: float) -> pd.DataFrame:
+    """Compare motions and gradients on one vehicle and on all vehicles of a shape; one row each.
+
+    A gradient is that of two weighted sums of all vehicles, such as mean and sigma, with the values
+    themselves.
+    """
+    problems = {
+        "prescribed": PROBLEMS[Motion.prescribed],
+        "coupled": PROBLEMS[Motion.coupled],
+        "on bodies that give way": flexible_problem,
+    }
+    rows = []
+    for n_vehicles in (1, shape.n_vehicles):
+        cars = replace(shape, n_vehicles=n_vehicles)
+        x = designs(cars)
+        calls: dict[tuple[str, bool], Callable[[], object]] = {}
+        for name, problem in problems.items():
+            summed = level_sum(problem(cars), compiled=True)
+            calls[name, False] = partial(summed, x)
+            calls[name, True] = partial(_with_gradients, summed, x)
+        quiet = quiet_seconds(calls, seconds)
+        for name in problems:
+            ratio = quiet[name, False] / quiet["coupled", False]
+            rows.append(
+                {
+                    "motion": name,
+                    "vehicles": n_vehicles,
+                    "x coupled": ratio,
+                    "x coupled per vehicle": ratio / n_vehicles,
+                    "gradients [evaluations]": quiet[name, True] / quiet[name, False],
+                }
+            )
+    return pd.DataFrame(rows).set_index("motion")
+
+
+def _with_gradients(summed: LevelSum, rows: RealArray) -> RealArray:
+    """Return the slopes of two sums over all vehicles, whose values come first."""
+    levels, pull_back = summed.linearised(rows)
+    return pull_back(np.ones((2, *levels.shape)))
+
+
 def report() -> str:
     """Measure every motion and shape and return the tables as text."""
-    tables = []
+    tables = [f"motions and gradients\n{ratios(SHAPES[-1], seconds=8.0).round(1).to_string()}"]
     for motion in Motion:
         for shape in SHAPES:
             table = measure(motion, shape, seconds=8.0)

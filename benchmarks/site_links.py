@@ -1,11 +1,19 @@
-"""Follow every link inside the built documentation site: its file and its anchor exist."""
+"""Follow every link inside the built documentation site, and search it for words of the field.
+
+Every file and anchor exists, and the search of the site finds what an engineer would type.
+"""
 
 from __future__ import annotations
 
+import json
 import sys
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote, urlsplit
+
+SOUGHT = ("unbalance", "mount stiffness", "Pareto", "acceptance box", "modeFRONTIER")
+"""What is typed into the search of the site."""
 
 
 class Page(HTMLParser):
@@ -46,8 +54,34 @@ def broken(site: Path) -> list[str]:
     return faults
 
 
+def not_found(site: Path) -> list[str]:
+    """Return a line per word of `SOUGHT` that the search of the site knows no page for."""
+    from sphinx.search.en import SearchEnglish
+
+    text = (site / "searchindex.js").read_text(encoding="utf-8")
+    index = json.loads(text[text.index("{") : text.rindex("}") + 1])
+    stem = SearchEnglish({}).stem
+    faults = []
+    for words in SOUGHT:
+        pages = [pages_of(index, stem(word)) for word in words.lower().split()]
+        if not set.intersection(*pages):
+            faults.append(f"search: '{words}' is on no page")
+    return faults
+
+
+def pages_of(index: dict[str, Any], stem: str) -> set[int]:
+    """Return the numbers of the pages that hold a stem, in their text or their title."""
+    pages_with = set[int]()
+    for kind in ("terms", "titleterms"):
+        pages = index[kind].get(stem, [])
+        pages_with.update(pages if isinstance(pages, list) else [pages])
+    return pages_with
+
+
 if __name__ == "__main__":
     folder = Path(sys.argv[1]).resolve()
-    faults = broken(folder)
-    print("\n".join(faults) or "all links inside the site lead somewhere")
+    faults = broken(folder) + not_found(folder)
+    print(
+        "\n".join(faults) or "all links lead somewhere, and the search finds the words of the field"
+    )
     sys.exit(bool(faults))

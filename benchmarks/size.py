@@ -57,6 +57,7 @@ LONG_ON_PURPOSE = {
         "u06_platform.py: run",
         "unbalance.py: unbalance_report",
     ),
+    "words of two languages, side by side": ("rules.py: acceptance_rules",),
     "declares the options of a command": ("cli_results.py: report",),
     "reads one file from its first key to its last": ("vehicle.py: read_vehicle",),
 }

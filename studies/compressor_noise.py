@@ -59,7 +59,7 @@ from deboom.pages.compressor_noise import (
 from deboom.plot import CurvePanel
 from deboom.plot.style import signed
 from deboom.report import Report
-from deboom.runs.options import Seed, at_least, band_of
+from deboom.runs.options import BAND, Seed, at_least, band_of
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
@@ -80,7 +80,7 @@ class Options:
         CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
     ] = CalibrationLevel.C2
     car: Annotated[Path | None, Option(help="Folder with car.toml.")] = None
-    band: Annotated[str, Option(help="Lines that are looked at, such as 20-140 [Hz].")] = "20-140"
+    band: Annotated[str, Option(metavar=BAND, help="Lines that are looked at [Hz].")] = "20-140"
     hoses: Annotated[bool, Option(help="Identify and model standard hoses.")] = True
     draws: Annotated[int, Option(help="Draws behind the bands.", callback=at_least(20))] = 64
 
@@ -121,35 +121,8 @@ def car_report(
         "seconds": noise.seconds,
     }
     levels, ways = level_table(noise), pd.concat(map(ranking, noise.sweeps), ignore_index=True)
-    loudest = levels.nlargest(1, "synthesised [dB(A)]").iloc[0]
-    report.tile(
-        f"{loudest['synthesised [dB(A)]']:.0f} dB(A)",
-        f"the loudest line at the driver's ear, {loudest['speed [rpm]']:.0f} rpm, "
-        f"{loudest['sweep']}",
-    )
-    cut = "cut, the level changes by [dB]"
-    bands = [band_words(band) for band in RANKED if in_band(loudest["frequency [Hz]"], band)]
-    near = ways[(ways["sweep"] == loudest["sweep"]) & ways["band"].isin(bands)]
-    for _, way in near.nsmallest(1, cut).iterrows():
-        report.tile(
-            way["point"],
-            f"brings most in {way['band']} of that sweep: without it {signed(way[cut], 1)} dB",
-        )
-    for key, label in (
-        ("spl_peak_deviation_db", "largest deviation at a peak, soft hoses, outside 25–35 Hz"),
-        ("spl_90_140_p90_db_with_hoses", "90 of 100 lines at 90–140 Hz, hoses modelled"),
-        ("spl_90_140_p90_db_by_mounts", "the same, hoses left out"),
-    ):
-        if key in report.summary:
-            report.tile(f"{float(report.summary[key]):.1f} dB".replace("-", "−"), label)
     drawn = car_whose_hoses_add() if noise.seed is not None and len(gains) else None
-    if len(gains):
-        thesis = f"the thesis heard {THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB more"
-        beside = f"in drawn car {drawn.car} {signed(drawn.gain, 1)} dB; " if drawn else ""
-        report.tile(
-            f"{signed(float(report.summary['measured_gain_db_90_140']), 1)} dB",
-            f"by the hoses of this car at {band_words(HOSE_BAND)}, measured; {beside}{thesis}",
-        )
+    _tiles(report, levels, ways, gains, drawn)
     report.warn(*noise.alarms, *running.source.notices)
     report.assume(*running.car.assumed)
     report.inputs += inputs
@@ -181,6 +154,44 @@ def car_report(
     _paths(report, noise, ways)
     _mounts(report, running)
     return report
+
+
+def _tiles(
+    report: Report,
+    levels: pd.DataFrame,
+    ways: pd.DataFrame,
+    gains: pd.DataFrame,
+    drawn: DrawnCar | None,
+) -> None:
+    """Show the loudest line, what brings most of it, how far it may be believed, and the hoses."""
+    loudest = levels.nlargest(1, "synthesised [dB(A)]").iloc[0]
+    report.tile(
+        f"{loudest['synthesised [dB(A)]']:.0f} dB(A)",
+        f"the loudest line at the driver's ear, {loudest['speed [rpm]']:.0f} rpm, "
+        f"{loudest['sweep']}",
+    )
+    cut = "cut, the level changes by [dB]"
+    bands = [band_words(band) for band in RANKED if in_band(loudest["frequency [Hz]"], band)]
+    near = ways[(ways["sweep"] == loudest["sweep"]) & ways["band"].isin(bands)]
+    for _, way in near.nsmallest(1, cut).iterrows():
+        report.tile(
+            way["point"],
+            f"brings most in {way['band']} of that sweep: without it {signed(way[cut], 1)} dB",
+        )
+    for key, label in (
+        ("spl_peak_deviation_db", "largest deviation at a peak, soft hoses, outside 25–35 Hz"),
+        ("spl_90_140_p90_db_with_hoses", "90 of 100 lines at 90–140 Hz, hoses modelled"),
+        ("spl_90_140_p90_db_by_mounts", "the same, hoses left out"),
+    ):
+        if key in report.summary:
+            report.tile(f"{float(report.summary[key]):.1f} dB".replace("-", "−"), label)
+    if len(gains):
+        thesis = f"the thesis heard {THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB more"
+        beside = f"in drawn car {drawn.car} {signed(drawn.gain, 1)} dB; " if drawn else ""
+        report.tile(
+            f"{signed(float(report.summary['measured_gain_db_90_140']), 1)} dB",
+            f"by the hoses of this car at {band_words(HOSE_BAND)}, measured; {beside}{thesis}",
+        )
 
 
 def error_summary(

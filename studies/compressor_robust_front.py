@@ -61,17 +61,22 @@ from deboom.report import Report, Step, Table
 from deboom.runs.compressor_fleet import (
     MountedFleet,
     exact_change,
-    keeping_peaks,
     measured_fleet,
     mount_space,
     mounted_fleet,
     travel_limit,
     virtual_fleet,
 )
-from deboom.runs.options import Seed, at_least, band_of
+from deboom.runs.options import BAND, Seed, at_least, band_of
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext, run_name
-from deboom.runs.search import SearchOptions, report_limits
+from deboom.runs.search import (
+    PeakRiseOption,
+    SearchOptions,
+    check_peak_rise,
+    keeping_peaks,
+    report_limits,
+)
 from deboom.vehicles.fleet_front import FleetFront
 from deboom.vehicles.free_directions import NOTICEABLE
 
@@ -117,13 +122,11 @@ class Options:
     parts: Annotated[Parts, Option(help="One part for all mounts, or own ones.")] = Parts.identical
     hoses: Annotated[Hoses, Option(help="Hoses: a path that mounts do not change.")] = Hoses.none
     pressure: Annotated[list[str] | None, Option(help="BAR or BAR=WEIGHT; repeatable.")] = None
-    band: Annotated[str, Option(help="Lines that count, LOW-HIGH [Hz].")] = "20-140"
+    band: Annotated[str, Option(metavar=BAND, help="Lines that count [Hz].")] = "20-140"
     line_step: Annotated[float, Option(help="Between lines [Hz].")] = 2.0
     reach: Annotated[float, Option(help="Stiffness factors run within 1 ± reach [1].")] = 0.4
     travel: Annotated[float, Option(help="Largest travel under 1 g, over today's [1].")] = 1.2
-    peak_rise: Annotated[
-        float | None, Option(help="Largest rise of a booming peak; default: any [dB].")
-    ] = None
+    peak_rise: PeakRiseOption = None
     tolerance: Annotated[float, Option(help="Half width of a piece's stiffness, 3 sigma [1].")] = (
         0.15
     )
@@ -156,10 +159,7 @@ class Options:
             )
         if not self.line_step > 0:
             raise InputError(f"--line-step {self.line_step:g}: give a step above 0 Hz")
-        if self.peak_rise is not None and not 0 <= self.peak_rise < np.inf:
-            raise InputError(
-                f"--peak-rise {self.peak_rise:g}: give by how much a peak may rise, from 0 dB"
-            )
+        check_peak_rise(self.peak_rise)
         if not self.travel > 0:
             raise InputError(f"--travel {self.travel:g}: give a ratio above 0, such as 1.2")
 
@@ -247,7 +247,7 @@ def run(prepared: Model, options: Options, context: RunContext | None = None) ->
     space = robust.space
     limits = travel_limit(model, space, options.travel)
     if options.peak_rise is not None:
-        limits = keeping_peaks(limits, model, space, options.peak_rise)
+        limits = keeping_peaks(limits, model.index, space.nominal, options.peak_rise)
     front = options.search.front(
         robust,
         seed=seed,
@@ -477,7 +477,8 @@ def _answer(
         "Each car",
         Table(table.rename(columns={"vehicle": "car"}), "", VEHICLE_DECIMALS),
         f"First order at the driver's ear, mean of what is heard. {fleet.n_cars} cars of each, "
-        "mounts as made; target: its car's level of today; P95: 95 % stay below.",
+        "mounts as made; target: its car's level of today; P95: 95 % stay below; worst peak: "
+        "change of the one that gains least.",
         wide=True,
     )
     decimals = {"of today's [1]": 2, "build [N/mm]": 1, "today [N/mm]": 1, "alone [dB]": 1}

@@ -6,7 +6,8 @@ peak at the driver's ear in the run's first load case. Two drives or more of a s
 sure the measured change is.
 
 Keys of summary.json: n_peaks (booming peaks that were measured with today's parts),
-n_as_predicted; measured_change_db, predicted_change_db (means over the peaks).
+n_as_predicted, n_not_decided (one drive of each state does not tell); measured_change_db,
+predicted_change_db (means over the peaks).
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from deboom.files.function_table import TABLE_ENDINGS, read_function_table
 from deboom.files.uncertain_index import uncertain_index
 from deboom.physics.sound_level import spl
 from deboom.plot.style import signed
-from deboom.report import Report
+from deboom.report import Report, Step, Table
 from deboom.runs.options import StudiesFolder
 from deboom.runs.rebuilt import supplier_study
 from deboom.runs.result import RunContext
@@ -38,7 +39,7 @@ QUESTION = "Did the prototype do what was predicted, at every booming peak?"
 DRAWS = 64
 """Repeated measurements that the uncertainty of the prediction is drawn from."""
 STATES = ("today", "new")
-AS_PREDICTED, OTHERWISE = "as predicted", "not as predicted"
+AS_PREDICTED, OTHERWISE, OPEN = "as predicted", "not as predicted", "not decided"
 
 
 @dataclass(frozen=True)
@@ -131,7 +132,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
             spread = np.diff(_at_peak(drawn[:, :, row], frequency, peak.frequency), axis=1)
             change = float(level_of["new"].mean() - level_of["today"].mean())
             limits = (_half_width(*level_of.values()), 1.96 * float(spread.std(ddof=1)))
-            allowed = float(np.hypot(*np.nan_to_num(limits)))
+            kept = abs(change - new + old) <= np.hypot(*limits)
             rows.append(
                 {
                     "vehicle": vehicle,
@@ -142,23 +143,45 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
                     "± measured [dB]": limits[0],
                     "predicted change [dB]": float(new - old),
                     "± predicted [dB]": limits[1],
-                    "verdict": AS_PREDICTED if abs(change - new + old) <= allowed else OTHERWISE,
+                    "verdict": (
+                        OPEN if np.isnan(limits[0]) else AS_PREDICTED if kept else OTHERWISE
+                    ),
                 }
             )
     if not rows:
         raise InputError(f"{folder}: no vehicle has a booming peak with today's parts")
     table = pd.DataFrame(rows)
-    kept = int((table["verdict"] == AS_PREDICTED).sum())
+    counts = {word: int((table["verdict"] == word).sum()) for word in (AS_PREDICTED, OPEN)}
+    kept, undecided = counts.values()
     means = [float(table[f"{what} change [dB]"].mean()) for what in ("measured", "predicted")]
     report = Report("The prototype, driven", QUESTION)
-    report.tile(f"{kept} of {len(table)}", "booming peaks changed as predicted")
-    report.tile(
-        f"{signed(means[0], 1)} dB", f"measured on average, {signed(means[1], 1)} predicted"
-    )
-    drives = [len(measured[state]) for state in STATES]
-    if min(drives) == 1 and sum(drives) < 3:
+    drives, built = [len(measured[state]) for state in STATES], design_name(study.pick)
+    if undecided:
         report.warn("One drive each: the uncertainty of the measured change is not known.")
-    built = design_name(study.pick)
+        report.tile("not decided", "one drive of each state does not say how far drives differ")
+    else:
+        report.tile(f"{kept} of {len(table)}", "booming peaks changed as predicted")
+    average = f"{signed(means[0], 1)} dB", f"measured on average, {signed(means[1], 1)} predicted"
+    report.tile(*average)
+    decided = "Not decided whether" if undecided else f"{kept} of {len(table)}"
+    report.answer(
+        f"{decided} booming peaks changed as predicted: {' '.join(average)}.",
+        "One drive of each state does not say how far drives differ: drive each twice or more."
+        if undecided
+        else "How sure: both half widths hold 95 %; a difference within both is as predicted.",
+        f"{drives[0]} drives with today's parts, {drives[1]} with {built}.",
+    )
+    shown = ["vehicle", "frequency [Hz]", "measured change [dB]", "± measured [dB]"]
+    shown += ["predicted change [dB]", "± predicted [dB]", "verdict"]
+    decimals = {name: 1 for name in shown if name.endswith("[dB]")} | {"frequency [Hz]": 0}
+    report.panel("Each booming peak", Table(table[shown], "", decimals), wide=True)
+    run_of = options.run.as_posix()
+    report.panel(
+        "What to do next",
+        Step(f"deboom driven {run_of} {folder.as_posix()}", "again, with a table of each drive"),
+        Step("deboom characterise CAMPAIGN", "the parts that were driven, where they differ"),
+        Step(f"deboom listen {run_of}", "hear what was predicted"),
+    )
     report.section(
         "Measured and predicted change",
         f"{drives[0]} drives with today's parts, {drives[1]} with {built}; highest "
@@ -168,7 +191,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "drawing show here too: characterise the parts that were driven.",
     )
     report.table("driven", table, "Every booming peak with today's parts.")
-    report.summary |= {"n_peaks": len(table), "n_as_predicted": kept}
+    report.summary |= {"n_peaks": len(table), "n_as_predicted": kept, "n_not_decided": undecided}
     report.summary |= {"measured_change_db": means[0], "predicted_change_db": means[1]}
     report.inputs += sorted(path for path in folder.iterdir() if path.is_file())
     return report

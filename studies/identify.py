@@ -52,7 +52,7 @@ from deboom.pages.compressor_identification import (
 from deboom.pages.identification import MODEL, identification_report, inertance_figure
 from deboom.physics.rigid_body import mass_matrix
 from deboom.report import Report
-from deboom.runs.options import IdenticalMounts, band_of
+from deboom.runs.options import BAND, IdenticalMounts, band_of
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
@@ -72,8 +72,8 @@ class Options:
         Option(
             "--band",
             "--bands",
-            metavar="LOW-HIGH",
-            help="Lines to fit [Hz]; repeatable. Default 10-30 (mounts) and 100-150 (mass line).",
+            metavar=BAND,
+            help="Lines to fit [Hz]; repeatable. Default 10 30 (mounts), 100 150 (mass line).",
         ),
     ] = None
     lines: Annotated[int, Option(help="Most lines of the fit; denser ones are thinned evenly.")] = (

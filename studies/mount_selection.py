@@ -18,6 +18,7 @@ seconds_search; surface_difference_at_peaks_db (library against spectra).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -31,10 +32,12 @@ from deboom.arrays import RealArray
 from deboom.common import N_PER_MM
 from deboom.errors import InputError
 from deboom.explore.front import pareto_front
+from deboom.explore.result import Front
 from deboom.explore.robust import Robust, RobustValues, joined
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import VERIFIED
 from deboom.explore.workers import workers_for
+from deboom.mounts.mount import Mount
 from deboom.mounts.surface_forces import Outside
 from deboom.pages.front import report_front
 from deboom.pages.front_answer import abbreviations, peaks_sentence, short_title
@@ -62,6 +65,7 @@ HEARD = 1.0
 H. Fastl, E. Zwicker, Psychoacoustics: facts and models, 3rd ed. 2007, ch. 7: 1 dB for tones of low
 level, less for loud ones side by side.
 """
+QUIETEST = "quietest parts as they are"
 BATCH = 100
 """Sets evaluated between two steps of the progress bar."""
 
@@ -116,39 +120,9 @@ def _outside(options: Options) -> Outside:
 
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Search, enumerate, verify and report."""
-    runs, catalogue, robust = model.runs, model.catalogue, model.robust
-    sets = None
-    if catalogue.n_sets <= options.every_set_up_to:
-        sets = every_set(model, options)
-    files = (*runs.platform.input_files, *catalogue.inputs)
-    front = options.search.front(
-        robust,
-        seed=options.seed,
-        run=context,
-        inputs=files,
-        verified_with=VERIFIED,
-        title="mount selection",
-    )
-    outside = _outside(options)
-    search, heard = front.search, FleetFront(front)
-    n_mounts = len(catalogue.parts)
-
-    named = {"today's parts": (front.baseline, 0)}
-    best_set: RealArray | None = None
-    if sets is not None:
-        set_front = pareto_front(sets)
-        best_set = set_front.designs[0]
-        named["quietest parts as they are"] = (front.judge.sets[0](set_front.designs[:1]), 0)
-    named |= {name: (front.values, row) for name, row in front.picks.items()}
-    picks = front.compared(named)
-    designs = np.stack([values.designs[row] for values, row in named.values()])
-    for place, (column, parts) in enumerate(catalogue.columns(designs).items()):
-        picks.insert(1 + place, column, parts)
-    change = dict(zip(picks["design"], picks["change [dB]"], strict=True))
-    sigma = dict(zip(picks["design"], picks["change of sigma [%]"], strict=True))
-    best = front.values.designs[front.picks["best-mean"]]
-
-    half = float(robust.space.tolerance.max())
+    chosen = _selected(model, options, context)
+    front, catalogue = chosen.front, model.catalogue
+    half = float(model.robust.space.tolerance.max())
     report = Report(
         "Mounts from the catalogue",
         f"Which parts of the catalogue make {', '.join(front.responses)} quiet, and keep them "
@@ -169,96 +143,208 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "part, and so does a line outside of the region that the part was measured in.",
         *motion_report(level, np.ones((1, len(level.variable_names)))).warnings,
     )
-    parts_of_best = catalogue.labels(best[:n_mounts])
-    for mount, part in zip(catalogue.parts, parts_of_best, strict=True):
-        report.summary[f"part_{mount}"] = part
-    report.summary["change_db_per_line"] = float(change["best-mean"])
-    report.summary["sigma_change_percent_best_sigma"] = float(sigma["best-sigma"])
-    if sets is not None:
-        as_they_are = float(change["quietest parts as they are"])
-        quietest = ", ".join(catalogue.labels(set_front.designs[0, :n_mounts]))
-        report.tile(f"{signed(as_they_are, 2)} dB", f"mean level, parts as they are: {quietest}")
-        report.summary["change_parts_as_they_are_db_per_line"] = as_they_are
-        report.summary["n_set_front"] = len(set_front)
-    retuned = f" re-tuned within ±{100 * options.retuning:.0f} %" if options.retuning else ""
-    parts_named = f"mean level, parts{retuned}: {', '.join(parts_of_best)}"
-    report.tile(f"{signed(change['best-mean'], 2)} dB", parts_named)
-    report.summary |= {
-        "n_sets": catalogue.n_sets,
-        "n_front": len(search.front),
-        "n_evaluated": search.n_evaluated,
-        "sigma_bias_percent": front.sigma_bias_percent,
-        "seconds_search": round(search.seconds, 3),
-    }
+    report.summary |= _summary(chosen)
+    _tiles(report, chosen)
     report.facts["kernel"] = level.kernel
-    report.inputs += files
+    report.inputs += [*model.runs.platform.input_files, *catalogue.inputs]
+    report.answer(*_answer_in_words(chosen))
+    _panels(report, chosen, run_name(context, "mount_selection"))
+    _parts_section(report, chosen, options)
+    _front_section(report, chosen)
+    report.facts["verification_draws"] = VERIFIED
+    report_front(report, front, beside=catalogue.columns(front.search.front.designs))
+    if chosen.sets is not None and chosen.set_front is not None:
+        report.table("part_sets", _set_table(catalogue, chosen.sets, chosen.set_front))
+    report_runs(report, model.runs)
+    return report
 
-    effects = {f"parts{retuned}": (best, float(change["best-mean"]))}
-    if best_set is not None:
-        effects = {"parts as they are": (best_set, as_they_are)} | effects
+
+@dataclass(frozen=True, eq=False)
+class _Selection:
+    """The front of parts and re-tuning, and every set of parts as they are, if not too many.
+
+    - `retuned`: how far parts may be re-tuned, in words that follow “parts”.
+    - `sets`, `set_front`: every set of parts as they are, and those on their front.
+    - `picks`: today's and the named designs, with their parts.
+    """
+
+    model: Model
+    outside: Outside
+    retuned: str
+    front: Front
+    heard: FleetFront
+    sets: RobustValues | None
+    set_front: RobustValues | None
+    picks: pd.DataFrame
+
+    @property
+    def best(self) -> RealArray:
+        """The best-mean design: part numbers, then stiffness factors."""
+        return np.asarray(self.front.values.designs[self.front.picks["best-mean"]])
+
+    @property
+    def change(self) -> dict[str, float]:
+        """Change of the mean level against today's parts by design [dB]."""
+        return dict(zip(self.picks["design"], self.picks["change [dB]"], strict=True))
+
+    @property
+    def effects(self) -> dict[str, tuple[RealArray, float]]:
+        """Design and its change [dB] of parts as they are, if known, and of re-tuned ones."""
+        retuned = {f"parts{self.retuned}": (self.best, float(self.change["best-mean"]))}
+        if self.set_front is None:
+            return retuned
+        quietest = self.set_front.designs[0]
+        return {"parts as they are": (quietest, float(self.change[QUIETEST]))} | retuned
+
+    @property
+    def is_heard(self) -> bool:
+        """Whether the better of the effects is heard."""
+        return min(change for _, change in self.effects.values()) <= -HEARD
+
+    def parts(self, design: RealArray) -> Sequence[str]:
+        """Return the name of each mount's part."""
+        return self.model.catalogue.labels(design[: len(self.model.catalogue.parts)])
+
+    def stiffness(self, design: RealArray) -> RealArray:
+        """Return |K| of each direction in operation [N/mm]; nan where it was not identified."""
+        model = self.model
+        return N_PER_MM * ordered_stiffness(model.runs, model.catalogue, design, self.outside)
+
+
+def _selected(model: Model, options: Options, context: RunContext | None) -> _Selection:
+    """Evaluate every set of parts if they are not too many, search, and verify."""
+    catalogue = model.catalogue
+    sets = every_set(model, options) if catalogue.n_sets <= options.every_set_up_to else None
+    front = options.search.front(
+        model.robust,
+        seed=options.seed,
+        run=context,
+        inputs=(*model.runs.platform.input_files, *catalogue.inputs),
+        verified_with=VERIFIED,
+        title="mount selection",
+    )
+    named = {"today's parts": (front.baseline, 0)}
+    set_front = None
+    if sets is not None:
+        set_front = pareto_front(sets)
+        named[QUIETEST] = (front.judge.sets[0](set_front.designs[:1]), 0)
+    named |= {name: (front.values, row) for name, row in front.picks.items()}
+    picks = front.compared(named)
+    designs = np.stack([values.designs[row] for values, row in named.values()])
+    for place, (column, parts) in enumerate(catalogue.columns(designs).items()):
+        picks.insert(1 + place, column, parts)
+    return _Selection(
+        model=model,
+        outside=_outside(options),
+        retuned=f" re-tuned within ±{100 * options.retuning:.0f} %" if options.retuning else "",
+        front=front,
+        heard=FleetFront(front),
+        sets=sets,
+        set_front=set_front,
+        picks=picks,
+    )
+
+
+def _summary(chosen: _Selection) -> dict[str, Any]:
+    """Return the numbers of summary.json."""
+    catalogue, front, picks = chosen.model.catalogue, chosen.front, chosen.picks
+    sigma = dict(zip(picks["design"], picks["change of sigma [%]"], strict=True))
+    parts = zip(catalogue.parts, chosen.parts(chosen.best), strict=True)
+    summary: dict[str, Any] = {f"part_{mount}": part for mount, part in parts}
+    summary["change_db_per_line"] = float(chosen.change["best-mean"])
+    summary["sigma_change_percent_best_sigma"] = float(sigma["best-sigma"])
+    if chosen.set_front is not None:
+        summary["change_parts_as_they_are_db_per_line"] = float(chosen.change[QUIETEST])
+        summary["n_set_front"] = len(chosen.set_front)
+    return summary | {
+        "n_sets": catalogue.n_sets,
+        "n_front": len(front.search.front),
+        "n_evaluated": front.search.n_evaluated,
+        "sigma_bias_percent": front.sigma_bias_percent,
+        "seconds_search": round(front.search.seconds, 3),
+    }
+
+
+def _tiles(report: Report, chosen: _Selection) -> None:
+    """Show the change with parts as they are, and with re-tuned ones."""
+    for what, (design, change) in chosen.effects.items():
+        parts = ", ".join(chosen.parts(design))
+        report.tile(f"{signed(change, 2)} dB", f"mean level, {what}: {parts}")
+
+
+def _answer_in_words(chosen: _Selection) -> tuple[str, str, str]:
+    """Return what to order, how that was verified, and the names of the mounts."""
+    front = chosen.front
+    advice = f"Order {', '.join(chosen.parts(chosen.best))}"
     words = [
-        f"{what} {signed(value, 1)} dB{', which nobody hears' if abs(value) < HEARD else ''}"
-        for what, (_, value) in effects.items()
+        f"{what} {signed(change, 1)} dB{', which nobody hears' if abs(change) < HEARD else ''}"
+        for what, (_, change) in chosen.effects.items()
     ]
-    worth = min(value for _, value in effects.values())
-    advice = "Order nothing new" if worth > -HEARD else f"Order {', '.join(parts_of_best)}"
-    report.answer(
-        f"{advice}: at the best the catalogue's {'; '.join(words)}.",
+    return (
+        f"{advice if chosen.is_heard else 'Order nothing new'}: at the best the catalogue's "
+        f"{'; '.join(words)}.",
         f"Mean level at the driver's ear of {len(front.responses)} vehicles, verified with "
         f"{front.judge.n_samples} draws that the search never saw; a difference below about "
-        f"{HEARD:g} dB is not heard from drive to drive. Best-mean: {peaks_sentence(heard, best)}.",
-        abbreviations(runs.platform.mounts),
+        f"{HEARD:g} dB is not heard from drive to drive. Best-mean: "
+        f"{peaks_sentence(chosen.heard, chosen.best)}.",
+        abbreviations(chosen.model.runs.platform.mounts),
     )
+
+
+def _panels(report: Report, chosen: _Selection, name_of_run: str) -> None:
+    """Show each vehicle, what to order and what to do next."""
+    runs, heard, effects = chosen.model.runs, chosen.heard, chosen.effects
     gains = {f"{what} [dB]": heard.splv_change(design) for what, (design, _) in effects.items()}
-    each = pd.DataFrame({"vehicle": list(front.responses), **gains})
+    loud = {"today [dB(A)]": heard.todays_levels}
+    each = pd.DataFrame({"vehicle": list(chosen.front.responses), **loud, **gains})
     report.panel(
         "Each vehicle",
-        Table(each, "", dict.fromkeys(gains, 1)),
-        "Change of the mean level against today's parts, without scatter.",
+        Table(each, "", dict.fromkeys((*loud, *gains), 1)),
+        "Mean level with today's parts, and its change, without scatter.",
     )
-    variables = [name for mount in runs.platform.mounts for name in mount.variables]
-    now = np.concatenate([np.zeros(n_mounts), np.ones(len(variables))])
-    order: dict[str, object] = {
-        "direction": variables,
-        "today [N/mm]": N_PER_MM * ordered_stiffness(runs, catalogue, now, outside),
-    }
-    for what, (design, _) in effects.items():
-        order[f"{what} [N/mm]"] = N_PER_MM * ordered_stiffness(runs, catalogue, design, outside)
-    is_measured = np.isfinite(np.asarray(order["today [N/mm]"], dtype=float))
-    order["re-tuned to [1]"] = np.where(is_measured, best[n_mounts:], np.nan)
-    frame = pd.DataFrame(order)
-    decimals = {name: 0 for name in frame if str(name).endswith("[N/mm]")}
+    parts = {"mount": [_titled(mount) for mount in runs.platform.mounts]}
+    parts |= {what: list(chosen.parts(design)) for what, (design, _) in effects.items()}
+    order = _order_table(chosen)
+    decimals = {str(name): 0 if str(name).endswith("[N/mm]") else 2 for name in order.columns[1:]}
     first, last = runs.band
     report.panel(
-        "What to order",
-        Table(
-            pd.DataFrame(
-                {
-                    "mount": [
-                        f"{mount.name}, {short_title(mount)}" if short_title(mount) else mount.name
-                        for mount in runs.platform.mounts
-                    ],
-                    **{
-                        what: catalogue.labels(design[:n_mounts])
-                        for what, (design, _) in effects.items()
-                    },
-                }
-            ),
-            "",
-        ),
-        Table(frame, "", {str(name): n for name, n in decimals.items()} | {"re-tuned to [1]": 2}),
-        f"N/mm are the mean |K| in operation, {runs.cases[0][0].title}, {first:g}–{last:g} Hz. "
-        "A dash: not identified, today's part stays.",
+        "What to order" if chosen.is_heard else "The best of the catalogue",
+        Table(pd.DataFrame(parts), ""),
+        Table(order, "", decimals),
+        f"N/mm are the mean |K| in operation, {runs.cases[0][0].title}, {first:g}–{last:g} Hz, "
+        "and so are shares of today's. A dash: not identified, today's part stays.",
         wide=True,
     )
-    run_of = run_name(context, "mount_selection")
     report.panel(
         "What to do next",
         Step("deboom run mount_selection --catalogue FILE", "choose from other parts"),
         Step("deboom run u06_robust_front", "what a part of no catalogue would bring"),
-        Step(f"deboom show {run_of}", "all numbers of this run"),
+        Step(f"deboom show {name_of_run}", "all numbers of this run"),
     )
 
+
+def _titled(mount: Mount) -> str:
+    """Return the name of a mount, with its title if it has one."""
+    return f"{mount.name}, {short_title(mount)}" if short_title(mount) else mount.name
+
+
+def _order_table(chosen: _Selection) -> pd.DataFrame:
+    """Tabulate the stiffness of each direction today and as chosen, and its re-tuning."""
+    variables = [name for mount in chosen.model.runs.platform.mounts for name in mount.variables]
+    n_mounts = len(chosen.model.catalogue.parts)
+    today = chosen.stiffness(np.concatenate([np.zeros(n_mounts), np.ones(len(variables))]))
+    built = {what: chosen.stiffness(design) for what, (design, _) in chosen.effects.items()}
+    order: dict[str, object] = {"direction": variables}
+    order |= {f"{what}, of today's [1]": stiffness / today for what, stiffness in built.items()}
+    order["today [N/mm]"] = today
+    order |= {f"{what} [N/mm]": stiffness for what, stiffness in built.items()}
+    order["re-tuned to [1]"] = np.where(np.isfinite(today), chosen.best[n_mounts:], np.nan)
+    return pd.DataFrame(order)
+
+
+def _parts_section(report: Report, chosen: _Selection, options: Options) -> None:
+    """Say what was chosen from, and list the order, the picks and the change of each vehicle."""
+    catalogue, front, heard = chosen.model.catalogue, chosen.front, chosen.heard
     counts = ", ".join(
         f"{count} of {mount}"
         for mount, count in zip(catalogue.parts, catalogue.n_parts, strict=True)
@@ -267,26 +353,31 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     if options.retuning:
         tuned = f"Each part may be re-tuned within ±{100 * options.retuning:.0f} % per axis."
     report.section("What was chosen from", f"Parts to choose from: {counts}. {tuned}")
-    report.table("order", frame)
+    report.table("order", _order_table(chosen))
     report.table(
         "picks",
-        picks,
+        chosen.picks,
         "Today's and the named designs, per vehicle and line, evaluated with "
         f"{front.judge.n_samples} independent draws.",
         {"mean level [dB(A)]": 2, "change [dB]": 2, "sigma of the level [dB]": 3},
     )
     vehicles: dict[str, object] = {"vehicle": list(front.responses)}
-    if best_set is not None:
-        vehicles["change, quietest parts as they are [dB]"] = heard.splv_change(best_set)
-    vehicles["change, best-mean [dB]"] = heard.splv_change(best)
+    if chosen.set_front is not None:
+        quietest = chosen.set_front.designs[0]
+        vehicles["change, quietest parts as they are [dB]"] = heard.splv_change(quietest)
+    vehicles["change, best-mean [dB]"] = heard.splv_change(chosen.best)
     report.table("vehicles", pd.DataFrame(vehicles), "Change of the mean level without scatter.")
 
+
+def _front_section(report: Report, chosen: _Selection) -> None:
+    """Draw the front of the search beside every set of parts as they are."""
+    front, robust = chosen.front, chosen.model.robust
     report.section("The front", front.text)
-    curves = {"front of the search": _objectives(search.front, front.per_line)}
+    curves = {"front of the search": _objectives(front.search.front, front.per_line)}
     points = {}
-    if sets is not None:
-        points["every set of parts as they are"] = _objectives(sets, front.per_line)
-        curves["front of these sets"] = _objectives(set_front, front.per_line)
+    if chosen.sets is not None and chosen.set_front is not None:
+        points["every set of parts as they are"] = _objectives(chosen.sets, front.per_line)
+        curves["front of these sets"] = _objectives(chosen.set_front, front.per_line)
     mean, deviation = _objectives(robust(robust.space.nominal[np.newaxis, :]), front.per_line)
     report.figure(
         "fronts",
@@ -299,20 +390,19 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         ),
         "Both objectives, in the draws of the search.",
     )
-    report.facts["verification_draws"] = VERIFIED
-    report_front(report, front, beside=catalogue.columns(search.front.designs))
-    if sets is not None:
-        on_front = {tuple(row) for row in set_front.designs.tolist()}
-        table = {
+
+
+def _set_table(catalogue: Catalogue, sets: RobustValues, set_front: RobustValues) -> pd.DataFrame:
+    """Tabulate every set of parts as they are, and whether it is on their front."""
+    on_front = {tuple(row) for row in set_front.designs.tolist()}
+    return pd.DataFrame(
+        {
             **catalogue.columns(sets.designs),
             "SPLV mean sum [dB(A)]": sets.mean_sum,
             "SPLV sigma sum [dB]": sets.sigma_sum,
             "on the front": [tuple(row) in on_front for row in sets.designs.tolist()],
         }
-        report.table("part_sets", pd.DataFrame(table))
-
-    report_runs(report, runs)
-    return report
+    )
 
 
 def _objectives(values: RobustValues, per_line: float) -> tuple[RealArray, RealArray]:

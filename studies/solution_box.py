@@ -17,7 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -140,12 +140,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     limited = study.effective & ~study.on_bounds.all(axis=0)
     tight = np.argsort(np.where(limited, study.box.width / study.box.centre, np.inf))
     for k in tight[: min(TILES, limited.sum())]:
-        ends, today = (study.box.lower[k], study.box.upper[k]), study.reference_stiffness[k]
-        stiffness = " to ".join(f"{end * today * N_PER_MM:.0f}" for end in ends)
-        stated = f"{stiffness} N/mm; " if study.identified[k] else ""
         report.tile(
-            f"{ends[0]:.2f} to {ends[1]:.2f}",
-            f"{study.variables[k]}, of today's; {stated}the limit sets an end",
+            f"{study.box.lower[k]:.2f} to {study.box.upper[k]:.2f}",
+            f"{study.variables[k]}, of today's stiffness; the limit sets an end",
         )
     report.tile(_percent(check.share, 1), f"of {what} keep {origin}")
     report.tile(
@@ -166,7 +163,23 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         )
     designs = np.stack([model.space.nominal, point])
     report.warn(*motion_report(study.index, designs).warnings)
-    report.summary |= {
+    report.summary |= _summary(study, certainty)
+    report.facts |= {"kernel": study.index.kernel, "law": LAW}
+    report.inputs += model.runs.platform.input_files
+    if options.cost_table is not None:
+        report.inputs.append(options.cost_table)
+    report.document("acceptance_box", box_document(acceptance_box(study, certainty, options)))
+
+    _box(report, study, origin)
+    _levels(report, study, certainty, what)
+    report_runs(report, model.runs)
+    return report
+
+
+def _summary(study: BoxStudy, certainty: Interval) -> dict[str, Any]:
+    """Return the numbers of summary.json."""
+    check, of_study = study.solution.verified, study.question
+    return {
         "share_stated": of_study.share,
         "share_verified": check.share,
         "share_bound": check.bound,
@@ -188,16 +201,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "share_measured_from": float(certainty.lower),
         "share_measured_to": float(certainty.upper),
     }
-    report.facts |= {"kernel": study.index.kernel, "law": LAW}
-    report.inputs += model.runs.platform.input_files
-    if options.cost_table is not None:
-        report.inputs.append(options.cost_table)
-    report.document("acceptance_box", box_document(acceptance_box(study, certainty, options)))
-
-    _box(report, study, origin)
-    _levels(report, study, certainty, what)
-    report_runs(report, model.runs)
-    return report
 
 
 def pareto_point(model: Model, options: Options, progress: Progress) -> RealArray:
@@ -448,34 +451,9 @@ def _answer(
     report: Report, study: BoxStudy, certainty: Interval, options: Options, what: str, run: str
 ) -> None:
     """Fill the first screen: intervals, vehicles, how sure the share is, and what comes next."""
-    check, box, limit = study.solution.verified, study.box, study.question.limit
-    origin = limit_origin(options.limit_below_today)
+    box, limit = study.box, study.question.limit
+    report.answer(*_answer_in_words(study, certainty, options, what))
     needed = ~study.on_bounds & study.effective
-    ends = [
-        f"{name} "
-        + " ".join(
-            f"{word} {end:.2f}"
-            for word, end, of_limit in (
-                ("from", box.lower[k], needed[0, k]),
-                ("up to", box.upper[k], needed[1, k]),
-            )
-            if of_limit
-        )
-        for k, name in enumerate(study.variables)
-        if needed[:, k].any()
-    ]
-    free = int(study.effective.sum()) - len(ends)
-    deliver = f"Deliver {listed(tuple(ends))} of today's" if ends else "No direction needs an end"
-    report.answer(
-        f"{deliver}; {free} other directions are free within what was searched: "
-        f"{_percent(check.share, 1)} of {what} keep {origin}. {study.binding} binds: "
-        f"{_percent(float(study.missed.max()), 1)} of the parts miss its limit.",
-        f"How sure: at least {_percent(check.bound, 1)} with {_percent(check.confidence, 0)} "
-        f"confidence over parts; with all measurements drawn again "
-        f"{_percent(float(certainty.lower), 0)} to {_percent(float(certainty.upper), 0)} (90 %).",
-        f"The limit is {origin}. {abbreviations(study.runs.platform.mounts)}",
-    )
-    reference = study.reference_stiffness * N_PER_MM
     words = np.select(
         [needed.all(axis=0), needed[0], needed[1]], ["both ends", "from", "to"], "free"
     )
@@ -485,23 +463,14 @@ def _answer(
             "direction": [study.variables[k] for k in rows],
             "from [1]": box.lower[rows],
             "to [1]": box.upper[rows],
-            "from [N/mm]": (box.lower * reference)[rows],
-            "to [N/mm]": (box.upper * reference)[rows],
-            "today [N/mm]": reference[rows],
             "the limit sets": words[rows],
         }
     )
     report.panel(
         "Intervals, each direction independent of all others",
-        Table(
-            table,
-            "",
-            dict.fromkeys(("from [1]", "to [1]"), 2)
-            | dict.fromkeys(("from [N/mm]", "to [N/mm]", "today [N/mm]"), 0),
-        ),
-        "From and to: shares of today's stiffness. N/mm are the mean |K| of a piece in operation, "
-        f"{study.runs.cases[0][0].title}, {study.index.frequency[0]:g}–"
-        f"{study.index.frequency[-1]:g} Hz.",
+        Table(table, "", dict.fromkeys(("from [1]", "to [1]"), 2)),
+        "From and to: shares of today's stiffness, which hold at every state. N/mm stand with "
+        "preload, amplitude and frequency on the supplier's sheet.",
         wide=True,
     )
     today = study.response(study.space.nominal[np.newaxis])[0]
@@ -522,6 +491,39 @@ def _answer(
         Step(f"deboom accept {run} PARTS", "hold a delivery against it"),
         Step(f"deboom report FRONT --supplier --box {run}", "sheets with these intervals"),
         Step("deboom run solution_box --below-today 1", "ask each vehicle to be quieter"),
+    )
+
+
+def _answer_in_words(
+    study: BoxStudy, certainty: Interval, options: Options, what: str
+) -> tuple[str, str, str]:
+    """Return which ends to keep and what that reaches, how sure it is, and what the limit is."""
+    check, box = study.solution.verified, study.box
+    origin = limit_origin(options.limit_below_today)
+    needed = ~study.on_bounds & study.effective
+    ends = [
+        f"{name} "
+        + " ".join(
+            f"{word} {end:.2f}"
+            for word, end, of_limit in (
+                ("from", box.lower[k], needed[0, k]),
+                ("up to", box.upper[k], needed[1, k]),
+            )
+            if of_limit
+        )
+        for k, name in enumerate(study.variables)
+        if needed[:, k].any()
+    ]
+    free = int(study.effective.sum()) - len(ends)
+    deliver = f"Deliver {listed(tuple(ends))} of today's" if ends else "No direction needs an end"
+    return (
+        f"{deliver}; {free} other directions are free within what was searched: "
+        f"{_percent(check.share, 1)} of {what} keep {origin}. {study.binding} binds: "
+        f"{_percent(float(study.missed.max()), 1)} of the parts miss its limit.",
+        f"How sure: at least {_percent(check.bound, 1)} with {_percent(check.confidence, 0)} "
+        f"confidence over parts; with all measurements drawn again "
+        f"{_percent(float(certainty.lower), 0)} to {_percent(float(certainty.upper), 0)} (90 %).",
+        f"The limit is {origin}. {abbreviations(study.runs.platform.mounts)}",
     )
 
 

@@ -39,7 +39,7 @@ from deboom.plot.style import INK, VEHICLE_PALETTE, mount_colours
 from deboom.report import Report
 from deboom.report.tables import split_label
 from deboom.runs.campaigns import given_vehicles, virtual_vehicles
-from deboom.runs.options import Seed, at_least
+from deboom.runs.options import BAND, Seed, at_least
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext
 from deboom.vehicles.booming_peaks import TOLERANCE, BoomingPeak, PressureComparison
@@ -101,7 +101,10 @@ class Options:
     campaign: Annotated[Path | None, Option(help="Bench campaign of its mounts.")] = None
     mount_set: Annotated[str, Option(help="The measured vehicle's, in the campaign.")] = "M1"
     ear: Annotated[str, Option(help="Where the sound is compared.")] = "driver ear"
-    band: Annotated[tuple[float, float], Option(help="Lines to compare [Hz].")] = (20.0, 55.0)
+    band: Annotated[tuple[float, float], Option(metavar=BAND, help="Lines to compare [Hz].")] = (
+        20.0,
+        55.0,
+    )
 
     def __post_init__(self) -> None:
         if (self.vehicle is None) != (self.campaign is None):

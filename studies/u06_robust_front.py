@@ -46,7 +46,13 @@ from deboom.runs.options import Aim, Sampler, Seed, tolerance_sample
 from deboom.runs.platform_options import MotionOptions, PlatformOptions, in_all_load_cases
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext, run_name
-from deboom.runs.search import ThoroughSearchOptions, report_limits
+from deboom.runs.search import (
+    PeakRiseOption,
+    ThoroughSearchOptions,
+    check_peak_rise,
+    keeping_peaks,
+    report_limits,
+)
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import Runs
 
@@ -74,6 +80,7 @@ class Options:
     ] = False
     loss_factors: Annotated[bool, Option(help="Loss factors ±20 % are variables too.")] = False
     limits: Annotated[Path | None, Option(help="TOML: sag, travel, modes to keep.")] = None
+    peak_rise: PeakRiseOption = None
     target: Annotated[
         float | None, Option(help="Level of a car [dB(A)].", show_default="each vehicle's of today")
     ] = None
@@ -83,6 +90,7 @@ class Options:
     ] = False
 
     def __post_init__(self) -> None:
+        check_peak_rise(self.peak_rise)
         if self.as_thesis:
             if self.motion.motion not in (None, Motion.prescribed):
                 raise InputError("--as-thesis means prescribed motion: leave --motion out")
@@ -124,6 +132,8 @@ def prepare(options: Options) -> Model:
         control_variate=options.control_variate,
     )
     limits = mount_limits(options.limits, runs, robust, options.motion.factor)
+    if options.peak_rise is not None:
+        limits = keeping_peaks(limits, index, robust.space.nominal, options.peak_rise)
     prescribed = None
     if index.motion is not Motion.prescribed:
         motion = MotionOptions(Motion.prescribed)
@@ -171,14 +181,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     return report
 
 
-def _free_tolerances(report: Report, front: Front, options: Options) -> None:
-    """Search with the tolerance of each mount as a variable, and show its front by price."""
-    robust = front.robust
-    mounts: dict[str, list[str]] = {}
-    for name, tolerance in zip(robust.space.names, robust.space.tolerance, strict=True):
-        if tolerance > 0.0:
-            mounts.setdefault(mount_of(name), []).append(name)
-    free = FreeTolerances(robust, mounts, *TOLERANCE_BOUNDS)
+def _tolerance_front(free: FreeTolerances, front: Front, options: Options) -> pd.DataFrame:
+    """Search from the named designs on; tabulate price, levels and tolerances by price."""
+    robust, mounts = front.robust, tuple(free.groups)
     begin = np.array(
         [
             np.append(design, np.full(len(mounts), tolerance))
@@ -216,7 +221,18 @@ def _free_tolerances(report: Report, front: Front, options: Options) -> None:
         for name, values in zip(free.space.names, searched.designs.T, strict=True)
         if name in robust.space.names
     }
-    whole = pd.DataFrame(columns).sort_values("price over today's [1]", ignore_index=True)
+    return pd.DataFrame(columns).sort_values("price over today's [1]", ignore_index=True)
+
+
+def _free_tolerances(report: Report, front: Front, options: Options) -> None:
+    """Search with the tolerance of each mount as a variable, and show its front by price."""
+    robust = front.robust
+    mounts: dict[str, list[str]] = {}
+    for name, tolerance in zip(robust.space.names, robust.space.tolerance, strict=True):
+        if tolerance > 0.0:
+            mounts.setdefault(mount_of(name), []).append(name)
+    free = FreeTolerances(robust, mounts, *TOLERANCE_BOUNDS)
+    whole = _tolerance_front(free, front, options)
     affordable = np.flatnonzero(whole["price over today's [1]"] <= 1.0)
     steadiest = affordable[int(whole["sigma against today [%]"].to_numpy()[affordable].argmin())]
     best = whole.loc[steadiest]
@@ -247,6 +263,7 @@ def _free_tolerances(report: Report, front: Front, options: Options) -> None:
                 "least sigma at no higher price": values[steadiest],
             },
             value_label="price over today's [1]",
+            share_label="from smallest to largest [%]",
         ),
         "Every design of the front over both levels, the price and the tolerance of each mount, "
         "from the smallest to the largest of each.",

@@ -63,7 +63,7 @@ from deboom.measurement.compressor_test import HoseState
 from deboom.pages.compressor_unbalance import STEPS, UnbalancePlan, measured_unbalance
 from deboom.pages.unbalance import unbalance_report
 from deboom.report import Report
-from deboom.runs.options import ComponentLimitsFile, band_of
+from deboom.runs.options import BAND, ComponentLimitsFile, band_of
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
@@ -92,9 +92,9 @@ class Options:
         Literal["positive", "negative"] | None,
         Option(help="Rotation about x that sweeps must show; default: any."),
     ] = None
-    band: Annotated[
-        str, Option(metavar="LOW-HIGH", help="Lines of the fit over all sweeps [Hz].")
-    ] = "17-150"
+    band: Annotated[str, Option(metavar=BAND, help="Lines of the fit over all sweeps [Hz].")] = (
+        "17-150"
+    )
     confidence: Annotated[float, Option(help="Confidence of bands and intervals.")] = 0.95
     softening: Annotated[
         SofteningLaw, Option(help="Law of mounts that soften with their own stroke, route e.")

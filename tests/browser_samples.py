@@ -7,6 +7,7 @@ No driver package is needed: messages are JSON, separated by zero bytes, on the 
 import base64
 import json
 import os
+import re
 import select
 import shutil
 import signal
@@ -116,6 +117,11 @@ class Browser:
     def picture(self):
         """Return what the window shows, as PNG."""
         return base64.b64decode(self._send("Page.captureScreenshot", format="png")["data"])
+
+    def printed_pages(self):
+        """Return how many pages the page has on paper, by its own size of paper."""
+        sent = self._send("Page.printToPDF", preferCSSPageSize=True, printBackground=True)
+        return len(re.findall(rb"/Type\s*/Page\b", base64.b64decode(sent["data"])))
 
     def scripts(self, allowed):
         """Switch JavaScript on or off for pages opened from now on."""

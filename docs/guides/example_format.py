@@ -1,5 +1,6 @@
 """A reader of functions from npz files, as it would stand in deboom.files.function_table."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,8 +25,10 @@ def from_npz(path: Path) -> FunctionTable:
             f"values of shape {values.shape} do not fit together: one row per frequency, one "
             "column per name"
         )
-    functions = {
+    columns = {
         str(name): (str(unit), np.asarray(values[:, column], dtype=complex))
         for column, (name, unit) in enumerate(zip(names, units, strict=True))
     }
+    # a table reads a function when it is asked for, so that a fault of one leaves the others
+    functions = {name: partial(columns.__getitem__, name) for name in columns}
     return FunctionTable(np.asarray(frequency, dtype=float), functions)

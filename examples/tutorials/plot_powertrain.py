@@ -86,7 +86,7 @@ axes.legend()
 # parts keep every vehicle as quiet as today, at least.
 
 box = terminal(f"run solution_box --front {front} --band 24 40 --out {results}")
-found = deboom.read_solution_box(Path(box))
+found = deboom.read_solution_box(box)
 print(f"at least {100 * found.share_bound:.1f} % of the parts, of {found.n_parts} tried")
 
 # %%

@@ -23,12 +23,13 @@ mean.sort_values("mu* per line [dB(A)]").tail(4)
 # Effects that are large with little spread are straight; those above the line bend or interact.
 
 figure, axes = plt.subplots(layout="constrained")
-axes.scatter(mean["mu* [dB(A)]"], mean["sigma [dB(A)]"])
-for name, row in mean.nlargest(5, "mu* [dB(A)]").iterrows():
-    axes.annotate(name, (row["mu* [dB(A)]"], row["sigma [dB(A)]"]))
+reach, spread = (mean[f"{name} [dB(A)]"] / model.n_lines for name in ("mu*", "sigma"))
+axes.scatter(reach, spread)
+for name in reach.nlargest(5).index:
+    axes.annotate(name, (reach[name], spread[name]))
 axes.axline((0, 0), slope=1, color="k", linewidth=0.8)
 axes.margins(0.12)
-axes.set(xlabel="mu* of SPLV [dB(A)]", ylabel="sigma of SPLV [dB(A)]")
+axes.set(xlabel="mu* per line [dB]", ylabel="sigma of the effects per line [dB]")
 
 # %%
 # The ranking agrees with the total Sobol indices.

@@ -207,7 +207,7 @@ def new(
     Try: deboom new platform my_platform --mount EnM --mount Du=left,right --vehicle car-1
     """
     from deboom.errors import InputError
-    from deboom.files.folders import Names, new_folder
+    from deboom.files.folders import Names, first_steps, new_folder
 
     if kind is not FolderKind.platform and (vehicle or load_case):
         raise InputError("--vehicle and --load-case belong to a platform: leave them out")
@@ -219,6 +219,8 @@ def new(
         files=files,
     )
     new_folder(folder, kind, names)
+    for line in first_steps(folder, kind):
+        typer.echo(line, err=True)
     typer.echo(folder.as_posix())
 
 

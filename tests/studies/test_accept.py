@@ -275,7 +275,7 @@ def box_file(tmp_path):
 
 
 def test_a_box_comes_back(box_file):
-    assert read_solution_box(box_file) == BOX
+    assert read_solution_box(box_file) == read_solution_box(str(box_file)) == BOX
     first, second = BOX.variables
     assert (first.set_by_limit, second.set_by_limit) == ("from and to", "to")
     assert BOX.variable("Du y") is second

@@ -89,7 +89,10 @@ def test_one_drive_each_leaves_the_measured_uncertainty_open(front_run, cars, tm
     answer = driven(front_run, folder, tmp_path / "results")
     run = Path(answer.output.split()[-1])
     assert pd.read_csv(run / "driven.csv")["± measured [dB]"].isna().all()
-    assert "One drive each" in (run / "report.html").read_text(encoding="utf-8")
+    page = (run / "report.html").read_text(encoding="utf-8")
+    assert "One drive each" in page
+    assert "Not decided whether" in page
+    assert (pd.read_csv(run / "driven.csv")["verdict"] == "not decided").all()
 
 
 @pytest.mark.parametrize(

@@ -47,6 +47,25 @@ def test_every_pick_keeps_every_limit_and_what_does_not_is_listed(quick_front, t
     assert any(path.endswith("u06_limits.toml") for path in record["inputs_sha256"])
 
 
+@pytest.mark.usefixtures("plain_loops")
+def test_no_booming_peak_of_the_front_rises_by_more_than_is_allowed(quick_front, tmp_path):
+    """Every design keeps the limit, beside those of the mounts, and the page names it."""
+    band = {"band": (30.0, 36.0), "motion": Motion.prescribed}
+    finished = run(tmp_path, quick_front, limits=LIMITS, peak_rise=0.2, **band)
+    rise = (
+        pd.read_csv(finished / "limits.csv").set_index("number").loc["rise of a booming peak [dB]"]
+    )
+    assert rise["at most"] == 0.2
+    assert rise["best-mean"] <= 0.2
+    assert "A limit has no gradient" in (finished / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("peak_rise", [-0.1, np.inf])
+def test_a_rise_that_cannot_be_is_refused(tmp_path, peak_rise):
+    with pytest.raises(InputError, match=r"--peak-rise .* from 0 dB"):
+        run(tmp_path, peak_rise=peak_rise)
+
+
 def test_a_powertrain_that_is_not_held_stably_costs_its_modes_only(
     quick_front, tmp_path, monkeypatch
 ):

@@ -151,6 +151,13 @@ def test_brushes_become_limits_and_a_pinned_design_the_start(page):
     assert page.text("#live-said") == "2 brushes are limits of an improvement now."
     bounds = page.value("[live.session.lower[6], live.session.upper[6], live.session.upper[0]]")
     np.testing.assert_allclose(bounds, [0.84, 0.92, 1.2])
+    # the ranges are in the address, and come back from it
+    stated = page.value("live.stated()")
+    np.testing.assert_allclose(stated["ranges"]["TSM x"], [0.84, 0.92])
+    page.value("live.session.lower.set(live.data.lower), live.session.upper.set(live.data.upper)")
+    assert page.value(f"live.take({json.dumps(stated)})") == ""
+    bounds = page.value("[live.session.lower[6], live.session.upper[6], live.session.upper[0]]")
+    np.testing.assert_allclose(bounds, [0.84, 0.92, 1.2])
     level = page.value("axes.find(axis => axis.name === 'U06-5 level')")
     wanted = level["lower"] + 0.75 * (level["upper"] - level["lower"])
     assert page.value("live.session.limits.mean[1]") == pytest.approx(wanted)

@@ -13,6 +13,7 @@ import pytest
 from acceptance_samples import acceptance_box, variable
 from scipy.stats import norm
 
+from browser_samples import Browser
 from command_line import call, refused
 from deboom.bench.powertrain import load_bench
 from deboom.choices import Language, Pick
@@ -153,6 +154,13 @@ def sheet_of(study, mount="TSM", files=None, language=Language.en, **changes):
 @pytest.fixture(scope="module")
 def sheet(study, box_run, sharing_run, few_draws):
     return sheet_of(study, files=sources.SheetFiles(box=box_run, sharing=sharing_run))
+
+
+@pytest.fixture(scope="module")
+def browser():
+    opened = Browser()
+    yield opened
+    opened.close()
 
 
 def report(*words, **code):
@@ -436,6 +444,20 @@ def filled(path, out, stiffness, language="measured", **cells):
         table.append([row[name] for name in header])
     book.save(out)
     return out
+
+
+def test_a_sheet_is_two_pages_of_paper(study, box_run, sharing_run, few_draws, browser, tmp_path):
+    """With a box, shared part numbers and all rules, in both languages; counted by a browser."""
+    files = sources.SheetFiles(box=box_run, sharing=sharing_run)
+    pages = {}
+    for language, mount in ((Language.en, "TSM"), (Language.de, "TSM"), (Language.en, "EnM")):
+        content = sheet_of(study, mount, files=files, language=language)
+        html, _ = documents(content, supplier_page.provenance(study.run.entry, content, files))
+        page = tmp_path / f"{mount}_{language.value}.html"
+        page.write_text(html, encoding="utf-8")
+        browser.open(page)
+        pages[page.stem] = browser.printed_pages()
+    assert pages == dict.fromkeys(pages, 2)
 
 
 def test_a_filled_in_sheet_comes_back_as_verdicts_on_two_pages(anonymous, box_run, tmp_path):

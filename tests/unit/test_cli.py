@@ -14,10 +14,13 @@ from typer.testing import CliRunner
 
 import deboom
 from command_line import call, refused
+from deboom.choices import FolderKind
 from deboom.cli import COMMANDS, app
 from deboom.errors import DataWarning
+from deboom.runs.options import bands_as_declared
 from deboom.runs.overview import command_of
-from deboom.runs.progress import one_sentence_errors
+from deboom.runs.progress import one_sentence_errors, progress_bar
+from deboom.runs.runner import study_command, study_files
 
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "studies" / "u06_robust_front.py"
@@ -179,3 +182,115 @@ def test_each_command_stands_in_one_group_of_the_help_with_its_whole_sentence():
     for name in grouped:
         first = " ".join(command.commands[name].help.partition("\n\n")[0].split())
         assert f"{name} {first}" in words
+
+
+def test_progress_counts_says_how_good_and_how_long(capsys):
+    with progress_bar("search") as progress:
+        for done in range(1, 9):
+            progress(done, 8, f"generation {done} of 8, best mean −{done / 4:.1f} dB")
+        for done, text in enumerate(("seams", "shares", "levels", "page"), 1):
+            progress(done, 4, text)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "search: generation 2 of 8, best mean −0.5 dB, 0 s left"
+    assert lines[3] == "search: generation 8 of 8, best mean −2.0 dB"
+    assert lines[4:] == [
+        "search: 1 of 4, seams, 0 s left",
+        "search: 2 of 4, shares, 0 s left",
+        "search: 3 of 4, levels, 0 s left",
+        "search: 4 of 4, page",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("typed", "declared_one", "declared_two"),
+    [
+        (["20", "60"], ["20-60"], ["20", "60"]),
+        (["20-60"], ["20-60"], ["20", "60"]),
+        (["20,60"], ["20-60"], ["20", "60"]),
+        (["20.5–60"], ["20.5-60"], ["20.5", "60"]),
+        (["20", "my_folder"], ["20", "my_folder"], ["20", "my_folder"]),
+        (["all"], ["all"], ["all"]),
+    ],
+)
+def test_a_band_may_be_typed_in_three_ways(typed, declared_one, declared_two):
+    for width, wanted in ((1, declared_one), (2, declared_two)):
+        widths = {"--band": width, "--seed": 1}
+        read = bands_as_declared(["x", "--band", *typed, "--seed", "2"], widths)
+        assert read == ["x", "--band", *wanted, "--seed", "2"]
+    assert bands_as_declared(["--band=20-60"], {"--band": 2}) == ["--band", "20", "60"]
+    assert bands_as_declared(["--band", "20-60"], {}) == ["--band", "20-60"]
+    assert bands_as_declared(["--band"], {"--band": 2}) == ["--band"]
+
+
+def test_every_band_of_a_study_says_from_to():
+    for path in study_files():
+        for option in typer.main.get_command(study_command(path)).params:
+            if "--band" in option.opts:
+                assert option.metavar == "FROM TO", path
+
+
+def test_a_new_folder_says_what_to_fill_in_first_and_the_guide(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for kind in FolderKind:
+        done = call("new", kind.value, f"my_{kind.value}")
+        assert done.stdout.strip() == f"my_{kind.value}"
+        first, then, guide = done.stderr.splitlines()
+        named = Path(first.split()[3].rstrip(","))
+        assert "FILL IN" in named.read_text(encoding="utf-8")
+        command = then.rpartition(", and ")[2].split()
+        assert command[-1] == named.parent.as_posix() or "mounts.db" in command
+        assert (ROOT / guide.removeprefix("guide: ")).is_file()
+
+
+QUICK = '''"""What is quick?"""
+from dataclasses import dataclass
+
+from deboom.report import Report, Step
+
+
+@dataclass(frozen=True)
+class Options:
+    """Nothing but a seed."""
+
+    seed: int = 1
+
+
+def prepare(options):
+    """Read nothing."""
+
+
+def run(model, options, context=None):
+    """Answer at once."""
+    report = Report("Quick", "What is quick?")
+    report.answer("Softer is quieter.")
+    report.panel("Next", Step("deboom list", "see all runs"))
+    return report
+'''
+
+
+@pytest.mark.parametrize("display", [True, False])
+def test_a_run_ends_with_its_answer_its_page_and_the_next_command(tmp_path, monkeypatch, display):
+    opened = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    monkeypatch.setattr("sys.platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    if display:
+        monkeypatch.setenv("DISPLAY", ":0")
+    study = tmp_path / "quick.py"
+    study.write_text(QUICK, encoding="utf-8")
+    done = call("run", study, "--open", "--out", tmp_path / "results")
+    run = Path(done.stdout.splitlines()[-1])
+    assert done.stderr.splitlines()[:3] == [
+        "Softer is quieter.",
+        f"page: {run.as_posix()}/report.html",
+        "next: deboom list  (see all runs)",
+    ]
+    assert opened == ([(run / "report.html").resolve().as_uri()] if display else [])
+    assert ("there is no display" in done.stderr) != display
+
+
+def test_output_has_no_colours():
+    shown = CliRunner().invoke(app, [], color=True)
+    assert "\x1b" not in shown.output
+    assert "\x1b" not in CliRunner().invoke(app, ["nothing"], color=True).output

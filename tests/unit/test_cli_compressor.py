@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from command_line import call
+from command_line import call, refused
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.choices import CalibrationLevel
@@ -108,7 +108,7 @@ LIMITS = "format = 1\n[static_unbalance]\nat_most_gmm = 20.0\n"
     ("command", "folder", "options", "words"),
     [
         ("identify", "nowhere", (), "there is no such folder"),
-        ("identify", "nowhere", ("--band", "10..30"), "LOW-HIGH"),
+        ("identify", "nowhere", ("--band", "10..30"), "FROM TO"),
         ("identify", "nowhere", ("--band", "30-10"), "must rise"),
         ("identify", "nowhere", ("--lines", 3), "largest_lines is 3: give a number at least 12"),
         ("identify", "", (), "compressor_test.toml"),
@@ -119,7 +119,7 @@ LIMITS = "format = 1\n[static_unbalance]\nat_most_gmm = 20.0\n"
             "no line of the measurement lies in the band 200",
         ),
         ("unbalance", "nowhere", (), "there is no such folder; `deboom bench operation"),
-        ("unbalance", "nowhere", ("--band", "17"), "write it as LOW-HIGH"),
+        ("unbalance", "nowhere", ("--band", "17"), "write it as FROM TO"),
         ("unbalance", "nowhere", ("--confidence", 1.5), "confidence is 1.5: give a number"),
         ("unbalance", "nowhere", ("--limits", "none.toml"), "none.toml cannot be read"),
         ("unbalance", "", ("--limits", "limits.toml"), "did you mean 'at_most_g_mm'?"),
@@ -134,4 +134,13 @@ def test_bad_input_is_one_sentence_and_leaves_nothing(
     done = call(command, place, "--out", tmp_path / "results", *options, code=2)
     assert words in done.stderr
     assert len([line for line in done.stderr.splitlines() if line.startswith("deboom:")]) == 1
+    assert not (tmp_path / "results").exists()
+
+
+def test_a_folder_of_another_kind_names_the_command_that_takes_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    call("new", "operation", "sweeps")
+    refused(("identify", "sweeps"), "`deboom unbalance sweeps` takes it")
+    call("new", "compressor", "hit")
+    refused(("unbalance", "hit"), "`deboom identify hit` takes it")
     assert not (tmp_path / "results").exists()

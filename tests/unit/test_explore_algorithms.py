@@ -269,4 +269,14 @@ def test_a_front_of_three_objectives_has_table_picks_and_picture():
         assert np.all(row <= front.baseline.objectives[0])
     figure = front.picture()
     assert len([axes for axes in figure.axes if axes is not None]) >= 6
+    lines = front.parallel_picture()
+    assert lines.get_ylabel() == "share of the range [%]"
+    labels = [text.get_text().split("\n") for text in lines.get_xticklabels()]
+    assert [name for name, _ in labels] == list(front.robust.objective_labels)
+    low = front.values.objectives[front.nondominated].min(axis=0)
+    assert [ends.split(" to ")[0] for _, ends in labels] == [f"{value:.5g}" for value in low]
+    drawn = {line.get_label(): line.get_ydata() for line in lines.get_lines()}
+    best = drawn["best-mean, sum"]
+    assert best[0] == 0.0
+    assert set(front.picks) | {"today's"} <= set(drawn)
     assert "<table" in front._repr_html_()

@@ -1,17 +1,18 @@
 """Descents inside a search: when they apply, what joins the archive, the same bits for anybody."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 import deboom
 from deboom.explore.descent import converged_front, is_smooth, objectives_and_gradients
+from deboom.explore.front import common_box
 from deboom.explore.moments import Objective, Statistic
 from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
 from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
 from deboom.explore.search import nsga2, searched
-from deboom.explore.space import ResponseFunction, stiffness_factor_space
+from deboom.explore.space import stiffness_factor_space
 from samples.known_truth import WithSlopes, quad2
 
 MODEL = WithSlopes(quad2(4, seed=1))
@@ -62,10 +63,75 @@ def test_unpolished_the_search_is_nsga2_alone():
     assert front.note == ""
 
 
-def test_limits_leave_the_search_to_nsga2():
-    first = ResponseFunction(lambda x: x[:, :1], SPACE.names, ("first",), "1")
-    limits = DesignLimits(first, Limits((Limit("first", "1", at_least=0.9),)))
-    assert deboom.search(ROBUST, **BUDGET, limits=limits).search.n_evaluated == 16
+@dataclass(frozen=True)
+class First:
+    """The first variable as a limited number."""
+
+    variable_names = SPACE.names
+    response_names = ("first",)
+    smooth: bool = True
+
+    def __call__(self, designs):
+        """Return the first column."""
+        return designs[:, :1]
+
+
+FIRST = First()
+AT_LEAST = Limits((Limit("first", "1", at_least=1.10),))
+
+
+def test_limits_of_the_worst_drawn_part_leave_the_search_to_nsga2():
+    every_part = DesignLimits(FIRST, Limits((Limit("first", "1", at_least=0.8),)), ROBUST)
+    assert deboom.search(ROBUST, **BUDGET, limits=every_part).search.n_evaluated == 16
+    assert not is_smooth(ROBUST, every_part)
+    assert is_smooth(ROBUST, DesignLimits(FIRST, AT_LEAST))
+    assert not is_smooth(ROBUST, DesignLimits(First(smooth=False), AT_LEAST))
+
+
+@pytest.mark.parametrize(
+    ("limit", "smooth"),
+    [
+        (Objective("mean", response="y2").at_most("today"), True),
+        (Objective("sigma").at_least(0.01), True),
+        (Objective("mean", worst=True).at_most(2.0), True),
+        (Objective("mean", worst=True).at_least(0.0), False),
+        (Objective("quantile").at_most(9.0), False),
+        (Objective("mean", response=lambda y: y[:, 0]).at_most(9.0), False),
+    ],
+)
+def test_limits_of_means_and_sigmas_have_gradients(limit, smooth):
+    assert is_smooth(replace(ROBUST, limits=[limit])) is smooth
+
+
+def test_descents_keep_the_limits_of_the_response_and_of_the_design():
+    """Beside both limits the front reaches what it reaches in a space cut where the limit is."""
+    bound = 0.18
+    kept = Objective("mean", response="y2").at_most(bound)
+    limited = replace(ROBUST, limits=[kept])
+    limits = DesignLimits(FIRST, AT_LEAST)
+    begin = {"seed": 1, "begin": np.array([[1.15, 1.0, 1.0, 1.0]])}
+    values = limits.around(limited)(converged_front(limited, limits=limits, **begin))
+    assert values.feasible.all()
+    assert values.excess.shape[1] == 2
+    assert values.mean[:, 1].max() == pytest.approx(bound, abs=1e-6)
+    assert values.designs[:, 0].min() == pytest.approx(1.10, abs=1e-4)
+    lower, middle = np.array([1.10, 0.8, 0.8, 0.8]), np.array([1.15, 1.0, 1.0, 1.0])
+    cut = replace(SPACE, lower=lower, nominal=middle)
+    alone = converged_front(replace(limited, space=cut), **begin)
+    other = limited(alone).objectives
+    box = common_box([values.objectives, other])
+    assert box.hypervolume(values.objectives) == pytest.approx(box.hypervolume(other), rel=1e-4)
+    best = values.objectives.min(axis=0)
+    np.testing.assert_allclose(best, other.min(axis=0), rtol=1e-4)
+
+
+def test_two_means_have_a_converged_front_of_their_own():
+    aims = [Objective("mean", response=name) for name in ("y1", "y2")]
+    robust = replace(ROBUST, objectives=tuple(aims))
+    designs = converged_front(robust, seed=1)
+    alone = nsga2(robust, 40, 40, seed=1).front
+    best, expected = robust(designs).objectives.min(axis=0), alone.objectives.min(axis=0)
+    assert np.all(best <= expected + 1e-9)
 
 
 def test_a_converged_front_is_the_same_bits_for_any_number_of_workers():

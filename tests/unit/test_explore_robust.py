@@ -331,6 +331,20 @@ def test_a_search_minimises_what_it_is_asked_for():
     np.testing.assert_array_equal(verified.objectives[:, 0], verified.mean.max(axis=1))
 
 
+def test_a_model_of_its_own_counts_by_the_sum_or_the_worst_of_its_responses():
+    both = ResponseFunction(total, SPACE_3.names, ("sum", "first"), "kg")
+    numbers = [Objective("mean", response=both, worst=worst) for worst in (False, True)]
+    assert [number.name for number in numbers] == [
+        "mean, own number, sum",
+        "mean, own number, worst",
+    ]
+    robust = replace(ROBUST, objectives=tuple(numbers))
+    assert robust.objective_labels[1] == "mean, own number, worst [kg]"
+    made = total(robust.made(np.ones(4)))
+    values = robust(np.ones((1, 4))).objectives[0]
+    np.testing.assert_allclose(values, [made.sum(axis=1).mean(), made[:, 0].mean()])
+
+
 def test_three_objectives():
     robust = replace(
         ROBUST,
@@ -407,7 +421,7 @@ def test_fronts_leave_out_what_misses_a_limit():
         (lambda: Limits(()), "limits: give at least one"),
         (lambda: replace(ROBUST, objectives=(MEAN_SUM,)), "at least two objectives"),
         (lambda: replace(ROBUST, objectives=(MEAN_SUM,) * 6), "take at most 5"),
-        (lambda: replace(limited(), limits=Limits((Limit("sum", "kg", 1.0),))), "responses"),
+        (lambda: replace(limited(), stated=Limits((Limit("sum", "kg", 1.0),))), "responses"),
     ],
 )
 def test_what_makes_no_sense_is_refused(make, sentence):

@@ -187,10 +187,19 @@ def test_progress_is_told_after_every_generation_and_nothing_else_happens(capfd)
     told, before = [], list(warnings.filters)
     nsga2(FAILING, 10, 4, seed=1, progress=lambda *report: told.append(report))
     assert [(number, total) for number, total, _ in told] == [(1, 4), (2, 4), (3, 4), (4, 4)]
-    assert "hypervolume" in told[-1][2]
+    assert told[-1][2].startswith("generation 4 of 4, ")
     assert "failed" in told[-1][2]
     assert capfd.readouterr() == ("", "")
     assert warnings.filters == before
+
+
+def test_progress_tells_the_change_of_the_best_mean_from_today():
+    told = []
+    result = nsga2(ROBUST, 10, 3, seed=1, progress=lambda *report: told.append(report[2]))
+    today = ROBUST(ROBUST.space.nominal[np.newaxis]).mean_sum[0]
+    change = (result.front.mean_sum.min() - today) / result.front.mean.shape[1]
+    number = f"{change / getattr(ROBUST.evaluate, 'n_lines', 1):+.2g}".replace("-", "−")
+    assert told[-1].startswith(f"generation 3 of 3, best mean {number}")
 
 
 def test_a_fixed_variable_stays_where_it_is():

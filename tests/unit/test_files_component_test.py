@@ -186,6 +186,11 @@ def test_mounts_are_rigid_parametric_or_measured(result, written, folder):
     table.iloc[1:].to_csv(path, index=False)
     with pytest.raises(InputError, match="its lines are not those of the functions"):
         read_receiver(folder / "receiver")
+    for part in ("real", "imag"):
+        table.loc[3, [f"z{axis} {part} [N/mm]" for axis in "xyz"]] = 0.0
+    table.to_csv(path, index=False)
+    with pytest.raises(InputError, match=r"mount\.csv: the stiffness of line 4 leaves a direction"):
+        read_receiver(folder / "receiver")
 
 
 def test_a_stiffness_stated_by_half_is_refused(folder):

@@ -116,6 +116,12 @@ def test_rigs_that_do_not_fit(tmp_path):
         read_mount_rig(write_rig(tmp_path / "no_mass", "indirect", mass=False))
     with pytest.raises(InputError, match="the file has no function 'output x'"):
         read_mount_rig(write_rig(tmp_path / "no_output", "indirect", output=False))
+    partly = write_rig(tmp_path / "partly", "direct", axes="z")
+    table = pd.read_csv(partly / "z_0.csv")
+    rest = table.drop(columns=[name for name in table if name.startswith("output x")])
+    rest.to_csv(partly / "z_0.csv", index=False)
+    with pytest.raises(InputError, match="the file has no function 'output x'"):
+        read_mount_rig(partly)
     twice = write_rig(tmp_path / "twice", "direct", axes="zx")
     text = (twice / "rig.toml").read_text(encoding="utf-8")
     (twice / "rig.toml").write_text(text.replace('axis = "x"', 'axis = "z"'), encoding="utf-8")

@@ -86,6 +86,15 @@ def modes(folder):
         (edited(".pch", "-CONT-", "$CONT =", 1), "line 8: a point has 3 numbers instead of 12"),
         (edited(".pch", "E-05", "F-05", 1), "is no number: punch it again"),
         (
+            edited(".csv", "MPa,901", "MPa,", -1),
+            "scalar point 901 may be acoustic, with a pressure, or a degree of freedom",
+        ),
+        (edited(".csv", ",901", ",901;902"), "acoustic_points '901;902': give numbers of points"),
+        (
+            edited(".csv", "MPa,901", "MPa,901 903"),
+            "wagon.csv: subcase 1: acoustic point 903 has no pressure in wagon.pch",
+        ),
+        (
             edited(".pch", "$FREQUENCY =   2.5000000E+01", "$FREQUENCY =   2.0000000E+01"),
             "subcase 1: node 11 has its displacement at 20 Hz twice",
         ),
@@ -100,15 +109,29 @@ def test_what_is_wrong_in_a_punch_file_is_named(tmp_path, fault, words):
     assert str(tmp_path) in str(caught.value)
 
 
+def test_scalar_points_that_nobody_names_as_acoustic_are_passed_over(tmp_path):
+    path = delivered(tmp_path)
+    # a generalised coordinate of a substructure beside the ear
+    blocks = re.findall(r"^ +901 .*\n(?:-CONT-.*\n){3}", path.read_text(), flags=re.M)
+    text = path.read_text()
+    for block in blocks:
+        text = text.replace(block, block + block.replace("       901 ", "       777 "))
+    path.write_text(text)
+    nodes = {function.response_node for function in read_punch(path)}
+    assert nodes == {11, 12, 901}
+
+
 def punched(path, functions):
     """Write functions per force as a solver punches them: a subcase for each load."""
     loads = list(
         dict.fromkeys((each.reference_node, each.reference_direction) for each in functions)
     )
-    table = ["subcase,node,direction,force [N],length,pressure"]
+    fluid = {str(f.response_node) for f in functions if f.response_direction == "scalar"}
+    points = " ".join(sorted(fluid))
+    table = ["subcase,node,direction,force [N],length,pressure,acoustic_points"]
     lines = []
     for subcase, load in enumerate(loads, 1):
-        table.append(f"{subcase},{load[0]},{load[1]},1,mm,MPa")
+        table.append(f"{subcase},{load[0]},{load[1]},1,mm,MPa,{points}")
         here = [f for f in functions if (f.reference_node, f.reference_direction) == load]
         for node in dict.fromkeys(function.response_node for function in here):
             parts = {f.response_direction: f for f in here if f.response_node == node}

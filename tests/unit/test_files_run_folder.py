@@ -213,7 +213,11 @@ def test_a_run_goes_by_its_name_in_the_results_here(tmp_path, monkeypatch):
     folder = finish_run(run)
     read_back = run_folder.read_run(Path(folder.name))
     assert (read_back.study, read_back.name) == ("front", folder.name)
+    assert run_folder.read_run(folder.name[:12]).folder == read_back.folder
+    assert run_folder.read_run(f"front/{folder.name[:4]}").folder == read_back.folder
     shutil.copytree(folder, tmp_path / "results" / "other" / folder.name)
+    with pytest.raises(InputError, match=f"2 runs: say results/front/{folder.name} or results/"):
+        run_folder.read_run(folder.name[:12])
     with pytest.raises(InputError, match=f"say results/front/{folder.name} or results/other"):
         run_folder.read_run(Path(folder.name))
     with pytest.raises(InputError, match="is no run folder"):
@@ -231,6 +235,11 @@ def test_latest_is_the_run_of_a_study_that_began_last_and_has_finished(tmp_path,
         (folder / name / "run.json").write_text('{"study": "front"}')
     assert run_folder.read_run(folder / "latest").folder == folder / names[1]
     assert run_folder.read_run("front/latest").folder.name == names[1]
+    assert run_folder.read_run("latest").folder == folder / names[1]
+    begun = run_folder.find_run(Path("results"), "front", "latest")
+    assert begun.folder.name == "2026-11-23_104530_seed1.unfinished"
+    with pytest.raises(InputError, match="no run of other was interrupted"):
+        run_folder.find_run(Path("results"), "other", "latest")
     (folder / "latest").mkdir()
     (folder / "latest" / "run.json").write_text('{"study": "front"}')
     assert run_folder.read_run(folder / "latest").folder == folder / "latest"

@@ -45,6 +45,13 @@ def delivered(folder, table="response,,acceleration,g\nreference,101,force,kN"):
     return folder / "body.npz"
 
 
+def with_directions(folder, *rows):
+    path = delivered(folder)
+    header = "role,node,direction,quantity,unit"
+    path.with_suffix(".csv").write_text("\n".join([header, *rows]) + "\n")
+    return path
+
+
 @pytest.mark.parametrize(
     ("coordinate", "ordinate", "words"),
     [
@@ -87,9 +94,26 @@ def test_values_are_in_si_at_their_nodes(tmp_path):
 
 
 def test_files_that_were_read_include_the_tables_beside_them():
-    files = [Path("a.uff"), Path("b.npz"), Path("c.pch"), Path("b.npz"), Path("b.csv")]
-    names = [path.name for path in with_their_tables(files)]
-    assert names == ["a.uff", "b.npz", "b.csv", "c.pch", "c.csv"]
+    named = ["a.uff", "b.npz", "c.pch", "b.npz", "b.csv", "run.wav"]
+    names = [path.name for path in with_their_tables(map(Path, named))]
+    assert names == ["a.uff", "b.npz", "b.csv", "c.pch", "c.csv", "run.wav", "run.csv"]
+
+
+def test_a_node_may_have_another_quantity_along_each_direction(tmp_path):
+    places = [(7, 1), (7, -2), (7, 0), (8, 3)]
+    saved(tmp_path / "body.npz", [([at, (101, -3)], LINES, LINES + 2j) for at in places])
+    (tmp_path / "body.csv").write_text(
+        "role,node,direction,quantity,unit\nresponse,7,,velocity,mm/s\nresponse,7,+y,force,kN\n"
+        "response,7,scalar,pressure,Pa\nresponse,,,acceleration,g\nreference,101,-z,force,N\n"
+    )
+    functions = read_sdynpy(tmp_path / "body.npz")
+    assert [(each.ordinate, each.unit) for each in functions] == [
+        ("velocity", "m/s/N"),
+        ("force", "N/N"),
+        ("pressure", "Pa/N"),
+        ("acceleration", "m/s^2/N"),
+    ]
+    np.testing.assert_allclose(functions[1].values, 1e3 * (LINES + 2j))
 
 
 def test_a_platform_of_saved_functions_has_the_numbers_of_its_uff_files(tmp_path):
@@ -159,7 +183,22 @@ def turned(folder):
         (lambda f: delivered(f, "response,,force,kg"), "line 2: 'kg' is no unit of force"),
         (lambda f: delivered(f, "answer,,force,N"), "line 2: role 'answer': use response or"),
         (lambda f: delivered(f, "response,x,force,N"), "line 2: node 'x' is no whole number"),
-        (lambda f: delivered(f, "response,1,force,N"), "reference node 101 has no row in body.csv"),
+        (
+            lambda f: with_directions(f, "response,,+x,force,N"),
+            "direction '+x': state it beside a node",
+        ),
+        (
+            lambda f: with_directions(f, "response,1,x,force,N"),
+            "direction 'x': state it beside a node, as one of scalar, +x",
+        ),
+        (
+            lambda f: with_directions(f, "response,1,+x,force,N", "response,1,-x,force,N"),
+            "response '1' x",
+        ),
+        (
+            lambda f: delivered(f, "response,1,force,N"),
+            "reference node 101 -z has no row in body.csv",
+        ),
         (lambda f: (f / "body.npz").write_bytes(b"PK\x03\x04"), "it is damaged; save it again"),
     ],
 )

@@ -35,8 +35,13 @@ GUIDE = Path(__file__).parents[2] / "docs" / "guides" / "your-own-data.md"
 RUNS = tuple(
     PlannedRun(gear, torque, full_load)
     for gear, torque, full_load in (
-        *((5, 120.0, True), (5, 220.0, True), (5, 60.0, False), (5, 180.0, False)),
-        *((6, 140.0, False), (7, 220.0, True), (7, 100.0, False)),
+        (5, 120.0, True),
+        (5, 220.0, True),
+        (5, 60.0, False),
+        (5, 180.0, False),
+        (6, 140.0, False),
+        (7, 220.0, True),
+        (7, 100.0, False),
     )
 )
 PLAN = CampaignPlan(("M1",), RUNS, 2, frequency=np.linspace(20.0, 80.0, 41))
@@ -103,8 +108,10 @@ def test_what_is_stated_stays_and_what_is_not_is_said(section):
     assert {key: float(value) for key, value in said.items()} == {
         key: pytest.approx(getattr(filled, key), rel=1e-2) for key in keys[1:]
     }
-    one = section(**dict.fromkeys(keys[1:], 0.01))
-    assert completed(one, "a.toml")[1].startswith("1 tolerance is a default of its sensor's class")
+    stated_alone = section(**dict.fromkeys(keys[1:], 0.01))
+    assert completed(stated_alone, "a.toml")[1].startswith(
+        "1 tolerance is a default of its sensor's class"
+    )
 
 
 def test_a_light_campaign_gives_wider_intervals_and_says_why(stated, light):

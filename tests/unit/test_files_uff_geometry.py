@@ -104,6 +104,16 @@ def test_what_is_wrong_in_a_geometry_is_named(tmp_path, options, words):
     assert str(path) in str(caught.value)
 
 
+@pytest.mark.parametrize("kind", [15, 2411])
+def test_a_node_that_is_no_whole_number_is_refused(tmp_path, kind):
+    path = written(tmp_path / "body.uff", kind=kind)
+    text = path.read_text()
+    assert "\n         2" in text
+    path.write_text(text.replace("\n         2", "\n       2.5", 1))
+    with pytest.raises(InputError, match=r"node 2\.5 is no whole number"):
+        read_uff_geometry(path)
+
+
 def test_a_length_that_contradicts_the_file_is_refused(tmp_path):
     path = written(tmp_path / "body.uff")
     assert read_uff_geometry(path, "m").nodes.size == 2

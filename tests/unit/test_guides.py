@@ -24,6 +24,7 @@ from deboom.files.rows import PlacedImpact
 from deboom.files.tables import read_table
 from deboom.files.time_data import WavChannel
 from deboom.files.uff import UffFunction, write_sets, write_uff
+from deboom.files.units import parse_unit
 from deboom.mounts.response_surface import KelvinVoigtModel, StiffnessSamples
 from deboom.runs.runner import load_study
 
@@ -199,8 +200,9 @@ def test_the_format_reads_what_numpy_wrote_and_refuses_the_rest(tmp_path):
     }
     np.savez(tmp_path / "car.npz", **good)
     table = read(tmp_path / "car.npz")
-    unit, values = table.functions["TSM x"]
-    assert (unit, values.tolist(), table.frequency.tolist()) == ("Pa/N", [1j, 3.0], [20.0, 21.0])
+    unit, values = table.spectrum("TSM x")
+    assert (unit, values.tolist()) == (parse_unit("Pa/N"), [1j, 3.0])
+    assert table.frequency.tolist() == [20.0, 21.0]
     damaged = {
         "short": (good | {"values": good["values"][:1]}, "do not fit together"),
         "nameless": ({k: v for k, v in good.items() if k != "names"}, "no array 'names'"),
@@ -380,3 +382,98 @@ def test_every_command_of_an_nvh_engineer_has_its_options(line):
     if words[1] == "run":
         words[2] = f"studies/{words[2]}.py"
     assert {word for word in words if word.startswith("--")} <= options_of(words)
+
+
+MEASURED = [
+    (
+        "from-front-to-specification",
+        r"is\n([\d.]+) to ([\d.]+) dB per line quieter",
+        "mean level of the lines, U06-1…5, best-mean, seed 1 [dB]",
+        lambda numbers: (min(-n for n in numbers), max(-n for n in numbers)),
+    ),
+    (
+        "from-front-to-specification",
+        r"`cost_ratio_to_uniform` is ([\d.]+): the same σ for (\d+) %",
+        "cost of the cheapest tolerances over one tolerance everywhere, same σ",
+        lambda numbers: (numbers[0], 100 * numbers[0]),
+    ),
+    (
+        "from-front-to-specification",
+        r"\*\*(\d+) keep each vehicle within 0.5 dB\*\*",
+        "part numbers for 15 vehicles within 0.5 dB of mounts of their own",
+        lambda numbers: numbers[:1],
+    ),
+    (
+        "component-tpa",
+        r"blocked forces are ([\d.]+) % off",
+        "blocked forces and moments on trusted lines against the truth",
+        lambda numbers: numbers[:1],
+    ),
+    (
+        "component-tpa",
+        r"\((\d+) % of all\), the level",
+        "trusted lines, 20 benches [%]",
+        lambda numbers: numbers[:1],
+    ),
+    (
+        "component-tpa",
+        r"at sensors left out ([\d.]+) dB",
+        "sensors left out, predicted over measured",
+        lambda numbers: numbers[:1],
+    ),
+    (
+        "component-tpa",
+        r"of forces in (\d+) %, of the sound in (\d+) %",
+        "90 % intervals that hold the truth, all of 20 benches",
+        lambda numbers: numbers[:2],
+    ),
+]
+"""Guide, its figures, the claim of the page of validation that measures them, and which of it."""
+
+
+@pytest.mark.parametrize(("guide", "pattern", "claim", "of"), MEASURED)
+def test_a_figure_of_a_guide_is_that_which_validation_measured(guide, pattern, claim, of):
+    """A figure that a run gives otherwise fails here, once `make validate` has measured it."""
+    page = (DOCS / "validation.md").read_text(encoding="utf-8")
+    (row,) = [line for line in page.splitlines() if line.startswith(f"| {claim}")]
+    cells = re.split(r"(?<!\\)\|", row)
+    numbers = [float(n) for n in re.findall(r"[-−]?\d+(?:\.\d+)?", cells[3].replace("−", "-"))]
+    text = GUIDE.with_name(f"{guide}.md").read_text(encoding="utf-8")
+    stated = re.search(pattern, text)
+    assert stated is not None
+    for said, measured in zip(stated.groups(), of(numbers), strict=True):
+        digits = len(said.partition(".")[2])
+        assert said == f"{measured:.{digits}f}", (said, measured)
+
+
+QUOTED = [
+    (r"they would need (\d+) part numbers", "part_numbers_own"),
+    (r"\*\*(\d+) keep each vehicle within 0.5 dB", "part_numbers_min"),
+    (
+        r"fewer are impossible\n.*part_numbers_lower_bound`\)\. Sharing costs ([\d.]+) dB",
+        "price_db",
+    ),
+    (r"in the mean and ([\d.]+) dB in the worst", "price_worst_db"),
+    (r"in the worst\nvehicle, ([\w-]+) ", "price_worst_vehicle"),
+    (r"its worst vehicle ([\d.]+) dB", "one_set_price_worst_db"),
+    (r"\((\d+) part numbers\) still", "group_sets_part_numbers"),
+    (r"part numbers\) still ([\d.]+) dB", "group_sets_price_worst_db"),
+]
+
+
+@pytest.mark.parametrize(("pattern", "key"), QUOTED)
+def test_a_figure_of_a_guide_is_that_of_the_run_it_quotes(pattern, key):
+    """`tests/golden/quoted_runs.json` has the summaries of the runs, by the command."""
+    path = ROOT / "tests" / "golden" / "quoted_runs.json"
+    value = json.loads(path.read_text(encoding="utf-8"))["deboom run commonality"][key]
+    (said,) = re.search(pattern, TEXT).groups()
+    digits = len(said.partition(".")[2])
+    assert said == (value if isinstance(value, str) else f"{value:.{digits}f}")
+
+
+def test_the_sheet_of_the_guide_has_the_state_and_stiffness_of_the_pinned_one():
+    page = (ROOT / "tests/golden/pages/supplier_en.txt").read_text(encoding="utf-8").splitlines()
+    force = re.search(r"\| state \| (−\d+) N", TEXT)[1]
+    today = re.search(r"today (\d+) N/mm", TEXT)[1]
+    assert force in page
+    assert today in page

@@ -1,9 +1,17 @@
 """A wide fleet on a page: those that gain least as curves, the others as a map, all in tables."""
 
+from dataclasses import dataclass
+from types import SimpleNamespace
+
 import numpy as np
+import pandas as pd
+import pytest
 
 from deboom.common import listed
+from deboom.explore.sensitivity import SobolIndices
 from deboom.pages.front import PANELS, curve_rows, report_heard
+from deboom.pages.interactive_front import with_evaluated
+from deboom.pages.sensitivity import index_figures, loudest
 from deboom.plot.style import vehicle_colours
 from deboom.report import Report
 
@@ -57,3 +65,79 @@ def test_of_a_wide_fleet_those_that_gain_least_are_curves_and_the_others_a_map()
 def test_a_sentence_names_no_two_hundred_vehicles():
     assert listed(("a", "b", "c")) == "a, b and c"
     assert listed([f"V-{k}" for k in range(200)]) == "V-0, V-1, V-2 and 197 others"
+
+
+def indices_of(count):
+    """Return indices of three mounts; the later vehicle's level changes more."""
+    total = np.tile(np.linspace(0.1, 0.9, count), (3, 1))
+    nothing = np.zeros_like(total)
+    names = tuple(f"V-{number:02d}" for number in range(count))
+    indices = SobolIndices(
+        ("TSM x", "EnM z", "Du x"), names, 64, 20, total, total, nothing, nothing, nothing, nothing
+    )
+    slope = np.outer([0.1, -1.0, 0.2], 1.0 + np.arange(count))
+    return indices, SimpleNamespace(vehicles=names, slope=slope)
+
+
+def test_of_a_wide_fleet_the_sensitivities_of_those_that_change_most_are_panels():
+    indices, study = indices_of(30)
+    assert loudest(study) == list(range(30 - PANELS, 30))
+    report = Report("Wide")
+    report.section("Indices")
+    index_figures(report, study, "sobol", indices, "Indices.")
+    assert list(report.figures) == ["sobol", "sobol_others"]
+    assert report.failures == []
+    assert report.pictures["sobol"].caption == (
+        "Indices. The 24 of 30 vehicles that a stiffness changes most; sobol.csv has all."
+    )
+    assert report.pictures["sobol_others"].caption == "Total indices of the other 6 vehicles."
+
+
+def test_the_sensitivities_of_a_fleet_that_fits_are_panels_alone():
+    indices, study = indices_of(PANELS)
+    report = Report("Narrow")
+    report.section("Indices")
+    index_figures(report, study, "sobol", indices, "Indices.")
+    assert list(report.figures) == ["sobol"]
+    assert report.pictures["sobol"].caption == "Indices."
+
+
+@dataclass(frozen=True)
+class Values:
+    """A quantity of a page."""
+
+    name: str
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
+class Page:
+    """What evaluated designs are added to."""
+
+    axes: tuple[Values, ...]
+    facts: tuple[str, ...] = ()
+
+
+@pytest.mark.parametrize(("failed", "facts"), [(0, ()), (1, ("1 of 3 evaluated designs",))])
+def test_evaluated_designs_that_failed_are_counted(tmp_path, failed, facts):
+    level, sigma = np.array([60.0, 59.0, 58.0]), np.array([0.5, 0.6, 0.7])
+    level[:failed] = np.nan
+    columns = {
+        "TSM x [1]": [0.9, 1.0, 1.1],
+        "mean level in search [dB(A)]": level,
+        "sigma in search [dB]": sigma,
+        "Wagon in search [dB(A)]": level,
+    }
+    pd.DataFrame(columns).to_csv(tmp_path / "evaluated.csv", index=False)
+    entry = SimpleNamespace(folder=tmp_path, record={"files_sha256": {"evaluated.csv": ""}})
+    study = SimpleNamespace(
+        run=SimpleNamespace(entry=entry),
+        vehicles=("Wagon",),
+        space=SimpleNamespace(names=("TSM x",)),
+        without_effect=(),
+    )
+    names = ("TSM x", "mean level", "\u03c3", "Wagon level")
+    page = with_evaluated(Page(tuple(Values(name, np.zeros(1)) for name in names)), study)
+    assert [len(axis.values) for axis in page.axes] == [4 - failed] * 4
+    assert len(page.facts) == len(facts)
+    assert all(map(str.startswith, page.facts, facts))

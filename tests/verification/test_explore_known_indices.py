@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
+import deboom
 from deboom.errors import InputError
 from deboom.explore import front, sensitivity
 from deboom.explore.correlation import correlations, families, tolerance_scatter
@@ -308,3 +309,20 @@ def test_a_difference_of_five_standard_errors_is_found():
         )
         successes += front.difference(*pair).verdict is front.FrontVerdict.real
     assert successes >= 270
+
+
+def test_variables_correlate_with_a_line_by_their_share_of_its_slope():
+    """Of ``2 a - b`` with independent variables of one width: 2/√5 and -1/√5; c has no part."""
+    model = deboom.ResponseFunction(
+        lambda x: np.c_[2.0 * x[:, 0] - x[:, 1], x[:, 2]], tuple("abc"), ("line", "c alone"), "1"
+    )
+    rows = deboom.doe(model, model.design_space(), n=4096)
+    correlated = deboom.correlation(rows, inputs=True, resamples=100)
+    expected = {"a": 2.0 / np.sqrt(5.0), "b": -1.0 / np.sqrt(5.0), "c": 0.0, "line": 1.0}
+    assert list(correlated.matrix.index) == [*"abc", "line", "c alone"]
+    assert correlated.matrix["line"][list(expected)].to_list() == pytest.approx(
+        list(expected.values()), abs=0.01
+    )
+    plain = deboom.correlation(rows, resamples=100)
+    np.testing.assert_array_equal(plain.matrix, plain.pearson)
+    assert correlated.matrix.loc["line", "c alone"] == plain.pearson[0, 1]

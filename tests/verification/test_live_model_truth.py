@@ -280,11 +280,26 @@ const wish = {{
   x: model.ones, weights: [1], vehicleWeights: [1, 1, 1, 1, 1], coupled: true, objective: "mean",
   groups: data.variables.map((_, k) => [k]).filter(([k]) => !data.silent[k]),
   lower: data.lower, upper: data.upper,
-  limits: {{ mean: every.fill(Infinity), peak: every, atLeast: none(), atMost: none() }},
+  limits: {{
+    mean: every.fill(Infinity), peak: every, held: [1, 1, 1, 1, 1],
+    atLeast: none(), atMost: none(),
+  }},
 }};
 const {{ trail, gain }} = improved(model, null, data, wish);
-return {{ x: Array.from(trail[trail.length - 1]), gain }};"""
+// limits of the first vehicle that no design keeps, of the mean and of the peak
+const out = Float64Array.from(every, (bound, v) => (v ? bound : 0));
+const beyond = (kind, held) => improved(model, null, data, {{
+  ...wish, vehicleWeights: [0, 1, 1, 1, 1],
+  limits: {{ ...wish.limits, [kind]: out, held: [held, 1, 1, 1, 1] }},
+}}).missed;
+const limited = ["mean", "peak"].map((kind) => [beyond(kind, 0).over <= 0, beyond(kind, 1)]);
+return {{ x: Array.from(trail[trail.length - 1]), gain, limited }};"""
     said = evaluated(program, tmp_path)
     reached = mean(np.array(said["x"]))
     assert reached <= best + 0.01
     assert said["gain"] == pytest.approx(mean(np.ones(12)) - reached, abs=1e-9)
+    # limits of a hidden vehicle do not hold, those of one on show do, whatever its weight
+    for kind, (is_free, missed) in zip(("mean", "peak"), said["limited"], strict=True):
+        assert is_free, kind
+        assert (missed["of"], missed["at"]) == (kind, 0)
+        assert missed["over"] > 30.0

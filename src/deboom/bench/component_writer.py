@@ -472,7 +472,6 @@ def _write_component_file(
         deviations=SpectrumDeviations(
             relative=RELATIVE,
             floor_m_s2=ACCELERATION_FLOOR,
-            floor_pa=SOUND_FLOOR,
             microphone_db=electric_car.MICROPHONE_DB,
         ),
         points=points,

@@ -6,6 +6,7 @@ Correlation coefficients with bootstrap intervals, and families of responses tha
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -35,6 +36,7 @@ class Correlations(Tabled):
       the interval [1].
     - `spearman` (r, r): coefficients of their ranks [1].
     - `n_designs`, `n_draws`: number of rows that were resampled, and of values per row.
+    - `n_inputs`: how many of the names, the first ones, are variables; the others are responses.
     """
 
     names: tuple[str, ...]
@@ -44,6 +46,16 @@ class Correlations(Tabled):
     spearman: RealArray
     n_designs: int
     n_draws: int
+    n_inputs: int = 0
+
+    @property
+    def matrix(self) -> pd.DataFrame:
+        """Pearson's coefficients, variables and responses × responses [1].
+
+        A figure takes any keyword of seaborn: ``seaborn.heatmap(found.matrix, annot=True)``.
+        """
+        responses = list(self.names[self.n_inputs :])
+        return pd.DataFrame(self.pearson[:, self.n_inputs :], self.names, responses)
 
     @property
     def pairs(self) -> tuple[tuple[int, int], ...]:
@@ -116,13 +128,17 @@ def correlations(
     return Correlations(tuple(names), pearson, low, high, spearman, n, m)
 
 
-def correlation(experiment: Experiment, *, seed: int = 1, resamples: int = 1000) -> Correlations:
+def correlation(
+    experiment: Experiment, *, inputs: bool = False, seed: int = 1, resamples: int = 1000
+) -> Correlations:
     """Correlate all pairs of responses over the designs of a DOE (thesis, figures 44 and 45).
 
     Parameters
     ----------
     experiment : Experiment
-        Of at least two responses and ten designs, see `doe`.
+        Of at least two responses and ten designs, see `doe`; with `inputs` one response is enough.
+    inputs : bool
+        Whether the variables that vary come first, so that each is correlated with every response.
     seed, resamples : int
         Seed from 1 and resamples, at least 100, of the bootstrap behind the intervals.
 
@@ -143,9 +159,22 @@ def correlation(experiment: Experiment, *, seed: int = 1, resamples: int = 1000)
     >>> experiment = deboom.doe(two, two.design_space(), n=16)
     >>> round(float(deboom.correlation(experiment, resamples=100).pearson[0, 1]), 6)
     1.0
+    >>> deboom.correlation(experiment, inputs=True, resamples=100).matrix.round(6)
+         y    z
+    a  1.0  1.0
+    y  1.0  1.0
+    z  1.0  1.0
     """
     computed = experiment.doe
-    return correlations(computed.computed, computed.response_names, seed=seed, resamples=resamples)
+    if not inputs:
+        names = computed.response_names
+        return correlations(computed.computed, names, seed=seed, resamples=resamples)
+    designs = computed.computed_designs
+    varied = np.flatnonzero(np.ptp(designs, axis=0) > 0.0) if len(designs) else np.empty(0, int)
+    both = [*(computed.space.names[column] for column in varied), *computed.response_names]
+    values = np.hstack([designs[:, varied], computed.computed])
+    correlated = correlations(values, both, seed=seed, resamples=resamples)
+    return replace(correlated, n_inputs=len(varied))
 
 
 def _checked(values: RealArray, names: Sequence[str], resamples: int) -> RealArray:

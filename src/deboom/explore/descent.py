@@ -14,19 +14,20 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any, NamedTuple, Protocol, cast, runtime_checkable
 
 import numpy as np
 from scipy.optimize import minimize
 
-from deboom.arrays import RealArray
+from deboom.arrays import RealArray, derivatives
 from deboom.common import Progress
 from deboom.explore.front import nondominated
-from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
-from deboom.explore.robust import Robust
+from deboom.explore.moments import Objective, Statistic
+from deboom.explore.robust import DesignLimits, Robust, RobustLimits
 from deboom.explore.scatter import ToleranceSample, ToleranceSampler, made_terms
-from deboom.explore.space import generator
+from deboom.explore.space import DesignSpace, generator
 
 FEW_DRAWS = 16
 """Draws that find the branches of a front; a prefix of the Sobol points of the search."""
@@ -50,6 +51,15 @@ WORSE = 10.0
 """Scaled distance of a design that fails beyond the worst objectives so far: a descent steps back,
 and its line search is not upset as it would be by an infinite value."""
 
+BEYOND = 1e3
+"""Scaled distance that counts for each scaled unit beyond a limit: what keeps it is better."""
+MARGIN = 3e-6
+"""Scaled distance that descents keep from limits, which they meet to within their tolerance."""
+DIFFERENCE = 1e-3
+"""Step of the differences of limited numbers without a gradient, as a share of the bounds [1]."""
+GUIDES = 24
+"""Designs within all limits that descents begin from, beside random ones."""
+
 PullBack = Callable[[RealArray], RealArray]
 """Map from weights (o, n, r) to ``Σ_r w_onr ∂y_nr/∂x_nk``, shape (o, n, k) [response unit per unit
 of the space]."""
@@ -71,17 +81,45 @@ class Differentiable(Protocol):
         """
 
 
-def is_smooth(robust: Robust) -> bool:
-    """Say whether the objectives of a robust response have exact gradients.
+class SmoothNumber(NamedTuple):
+    """A weighted sum over the responses of their means, or of their standard deviations.
 
-    They do for the sums of means and sigmas of a `Differentiable` model whose designs share their
-    draws, without whole-number variables.
+    - `statistic`: `Statistic.MEAN` or `Statistic.SIGMA`.
+    - `shares` (r,): weight of each response [1].
+    """
+
+    statistic: Statistic
+    shares: RealArray
+
+
+def smooth_number(robust: Robust, objective: Objective) -> SmoothNumber | None:
+    """Return a mean or sigma, of a response or the sum, that has a gradient; None of others."""
+    names = robust.evaluate.response_names
+    if objective.statistic not in (Statistic.MEAN, Statistic.SIGMA) or objective.worst:
+        return None
+    if objective.response is None:
+        shares = np.ones(len(names)) if robust.weights is None else robust.weights
+        return SmoothNumber(objective.statistic, shares)
+    if not isinstance(objective.response, str):
+        return None
+    return SmoothNumber(objective.statistic, np.eye(len(names))[names.index(objective.response)])
+
+
+def is_smooth(robust: Robust, limits: DesignLimits | None = None) -> bool:
+    """Say whether two objectives of a robust response, and all limits, have gradients.
+
+    They do for means and sigmas of a `Differentiable` model whose designs share their draws,
+    without whole-number variables. Limits may be bounds of means and sigmas, of the worst response
+    from above, and of numbers of the design itself that have a ``gradient`` or are ``smooth``; the
+    worst drawn part and the rise of a booming peak, which comes and goes, have none.
     """
     return (
-        robust.objectives == (MEAN_SUM, SIGMA_SUM)
+        len(robust.objectives) == 2
+        and all(smooth_number(robust, each) is not None for each in robust.objectives)
         and isinstance(robust.sample, ToleranceSample)
         and not robust.nominal_mean
-        and robust.limits is None
+        and (robust.limits is None or _bounds(robust, robust.limits) is not None)
+        and (limits is None or _has_slopes(limits))
         and not robust.space.integer.any()
         and bool(np.any(robust.space.upper > robust.space.lower))
         and isinstance(robust.evaluate, Differentiable)
@@ -89,10 +127,35 @@ def is_smooth(robust: Robust) -> bool:
     )
 
 
+def _has_slopes(limits: DesignLimits) -> bool:
+    numbers = limits.requirements
+    slopes = hasattr(numbers, "gradient") or getattr(numbers, "smooth", False)
+    return limits.every_part is None and bool(slopes)
+
+
+def _bounds(robust: Robust, limits: RobustLimits) -> list[tuple[SmoothNumber, float, float]] | None:
+    """Return number, sign (1: at most, -1: at least) and bound; None of what has no gradient."""
+    bounds = []
+    for limit, stated in zip(limits.limits, limits.numbers, strict=True):
+        objective = stated.objective
+        if objective.worst and objective.response is None and np.isinf(limit.at_least):
+            # the largest is below a bound if all are
+            each = [replace(objective, worst=False, response=n)
+                    for n in robust.evaluate.response_names]  # fmt: skip
+        else:
+            each = [objective]
+        for number in (smooth_number(robust, entry) for entry in each):
+            if number is None:
+                return None
+            sides = ((-1.0, limit.at_least), (1.0, limit.at_most))
+            bounds += [(number, sign, bound) for sign, bound in sides if np.isfinite(bound)]
+    return bounds
+
+
 def objectives_and_gradients(
     robust: Robust, design: RealArray, *, each_mean: bool = False
 ) -> tuple[RealArray, RealArray]:
-    """Return the mean and the sigma sum of a design (k,), and their gradients.
+    """Return the two objectives of a design (k,), and their gradients.
 
     Parameters
     ----------
@@ -101,13 +164,13 @@ def objectives_and_gradients(
     design : array, shape (k,)
         Design [units of the space].
     each_mean : bool
-        Whether the mean of each of the r responses follows the two sums.
+        Whether the mean of each of the r responses follows the two objectives.
 
     Returns
     -------
     objectives : array, shape (2,) or (2 + r,)
-        Sums over the responses of their means and standard deviations, and perhaps each mean
-        [response unit]; not finite where the design fails.
+        By default the sums over the responses of their means and standard deviations, and perhaps
+        each mean [response unit]; not finite where the design fails.
     gradients : array, shape (2, k) or (2 + r, k)
         Derivatives by each variable [response unit per unit of the space].
 
@@ -118,85 +181,175 @@ def objectives_and_gradients(
     of the objective by the responses: ``1/n`` for the mean, ``(y_tr − mean_r) / (σ_r (n − 1))`` for
     the sigma of plain moments.
     """
-    objectives, gradients = _linearised(robust, design, each_mean=each_mean)
+    numbers = [number for each in robust.objectives if (number := smooth_number(robust, each))]
+    if each_mean:
+        r = len(robust.evaluate.response_names)
+        numbers += [SmoothNumber(Statistic.MEAN, shares) for shares in np.eye(r)]
+    objectives, gradients = _linearised(robust, design, numbers)
     return objectives, gradients()
 
 
 def _linearised(
-    robust: Robust, design: RealArray, *, each_mean: bool = False
+    robust: Robust, design: RealArray, numbers: Sequence[SmoothNumber]
 ) -> tuple[RealArray, Callable[[], RealArray]]:
-    """Return the objectives of a design, and a function that returns their gradients.
+    """Return several numbers (o,) of a design, and a function that returns their gradients (o, k).
 
-    See `objectives_and_gradients`: the gradients cost more than the objectives, and descents do not
+    See `objectives_and_gradients`: the gradients cost more than the numbers, and descents do not
     need them everywhere.
     """
     model = cast(Differentiable, robust.evaluate)
     made_per_design, added = made_terms(robust.space, robust.scatter(design))
     values, pull_back = model.linearised(design * made_per_design + added)
     moments = robust.prepared(design).derivatives(values)
-    shares = np.ones(values.shape[1]) if robust.weights is None else robust.weights
-    sums = [np.einsum("r,r->", shares, part) for part in (moments.mean, moments.sigma)]
-    of_each = np.arange(values.shape[1]) if each_mean else np.empty(0, dtype=int)
+    of_statistic = {
+        Statistic.MEAN: (moments.mean, moments.by_mean[:, np.newaxis]),
+        Statistic.SIGMA: (moments.sigma, moments.by_sigma),
+    }
+    sums = [np.einsum("r,r->", each.shares, of_statistic[each.statistic][0]) for each in numbers]
 
     def gradients() -> RealArray:
-        weights = np.zeros((2 + of_each.size, *values.shape))
-        weights[0] = shares * moments.by_mean[:, np.newaxis]
-        weights[1] = shares * moments.by_sigma
-        weights[2 + of_each, :, of_each] = moments.by_mean
-        slopes = pull_back(weights)
+        weights = [each.shares * of_statistic[each.statistic][1] for each in numbers]
+        slopes = pull_back(np.array(weights))
         return np.asarray(np.einsum("otk,tk->ok", slopes, made_per_design))
 
-    return np.concatenate([sums, moments.mean[of_each]]), gradients
+    return np.array(sums), gradients
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """Two objectives and the excess over limits of a design, with their gradients."""
+
+    robust: Robust
+    limits: DesignLimits | None = None
+
+    @cached_property
+    def _bounded(self) -> list[tuple[SmoothNumber, float, float]]:
+        limits = self.robust.limits
+        return [] if limits is None else (_bounds(self.robust, limits) or [])
+
+    @cached_property
+    def _numbers(self) -> list[SmoothNumber]:
+        every = [smooth_number(self.robust, each) for each in self.robust.objectives]
+        return [n for n in every if n is not None] + [number for number, *_ in self._bounded]
+
+    def __call__(self, design: RealArray) -> tuple[RealArray, Callable[[], RealArray]]:
+        """Return the objectives and the excess of a design, and a function for their gradients.
+
+        - returns: (2 + c,), and a function that returns (2 + c, k).
+        """
+        numbers, slopes = _linearised(self.robust, design, self._numbers)
+        signs = np.ones(len(numbers))
+        for row, (_, sign, bound) in enumerate(self._bounded, 2):
+            numbers[row], signs[row] = sign * (numbers[row] - bound), sign
+        limits = self.limits
+        if limits is None:
+            return numbers, lambda: slopes() * signs[:, np.newaxis]
+        excess = limits.limits.excess(limits.requirements(design[np.newaxis]))[0]
+
+        def gradients() -> RealArray:
+            of_limits = limits.limits.excess_slopes(self._requirement_slopes(design))
+            return np.vstack([slopes() * signs[:, np.newaxis], of_limits])
+
+        return np.concatenate([numbers, excess]), gradients
+
+    def _requirement_slopes(self, design: RealArray) -> RealArray:
+        """Return the derivatives of the limited numbers of a design, shape (r, k)."""
+        assert self.limits is not None
+        requirements: Any = self.limits.requirements
+        if hasattr(requirements, "gradient"):
+            return np.asarray(requirements.gradient(design[np.newaxis])[0])
+        space = self.robust.space
+        steps = np.where(space.upper > space.lower, DIFFERENCE * (space.upper - space.lower), 1.0)
+        return derivatives(requirements, design, steps).T
 
 
 class _Point(NamedTuple):
-    """A scaled design (k,) from 0 to 1, and its objectives (2,), scaled."""
+    """A scaled design (k,) from 0 to 1, its objectives (2,), and how far it misses a limit."""
 
     place: RealArray
     value: RealArray
+    beyond: float
+
+    @property
+    def penalty(self) -> float:
+        """What objectives beyond a limit are taken to be worse by; 0 within all."""
+        return BEYOND * max(self.beyond, 0.0)
 
 
 @dataclass
 class _Landscape:
     """Objectives over scaled designs from 0 to 1, and all designs that were evaluated.
 
-    - `size` (2,): what an objective is divided by, so that one tolerance serves both.
+    - `size` (2 + c,): what an objective or an excess is divided by, so that one tolerance serves
+      all.
     - `worst` (2,): largest objectives so far, scaled.
     """
 
-    robust: Robust
+    problem: _Problem
     size: RealArray
     worst: RealArray
     places: list[RealArray] = field(default_factory=list)
     values: list[RealArray] = field(default_factory=list)
+    beyond: list[float] = field(default_factory=list)
+    excess: RealArray = field(default_factory=lambda: np.empty(0))
     gradients: Callable[[], RealArray] | None = None
     slope: RealArray = field(default_factory=lambda: np.empty((2, 0)))
+
+    @property
+    def n_limits(self) -> int:
+        """Number c of limits."""
+        return self.size.size - 2
 
     def at(self, place: RealArray) -> RealArray:
         """Return the objectives (2,) at a scaled design (k,)."""
         if not self.places or not np.array_equal(self.places[-1], place):
-            space = self.robust.space
+            space = self.problem.robust.space
             design = space.lower + place * (space.upper - space.lower)
-            value, self.gradients = _linearised(self.robust, design)
+            value, self.gradients = self.problem(design)
             scaled = value / self.size
             if np.isfinite(scaled).all():
-                self.worst = np.fmax(self.worst, scaled)
+                self.worst = np.fmax(self.worst, scaled[:2])
             else:
-                scaled = self.worst + WORSE
+                scaled = np.r_[self.worst + WORSE, np.full(self.n_limits, WORSE)]
             self.places.append(place.copy())
-            self.values.append(scaled)
+            self.values.append(scaled[:2])
+            self.excess = scaled[2:]
+            self.beyond.append(float(np.max(self.excess, initial=-np.inf)))
         return self.values[-1]
 
+    def excess_at(self, place: RealArray) -> RealArray:
+        """Return the excess over the limits (c,) at a scaled design."""
+        self.at(place)
+        return self.excess
+
     def slope_at(self, place: RealArray) -> RealArray:
-        """Return the gradients (2, k) of the objectives at a scaled design (k,)."""
+        """Return the gradients of the objectives and the excess (2 + c, k) at a scaled design."""
         self.at(place)
         if self.gradients is not None:
-            space = self.robust.space
+            space = self.problem.robust.space
             slope = self.gradients() * (space.upper - space.lower) / self.size[:, np.newaxis]
             # contiguous: SLSQP reads a strided row as if it were not
             self.slope = np.ascontiguousarray(np.where(np.isfinite(slope).all(), slope, 0.0))
             self.gradients = None
         return self.slope
+
+    def _kept(self, n: int, *, goal: float) -> list[dict[str, Any]]:
+        """Return the constraints of n scaled variables, perhaps with more after them."""
+        if self.n_limits == 0:
+            return []
+        distance = MARGIN + goal
+
+        def slopes(y: RealArray) -> RealArray:
+            gradient = -self.slope_at(y[:n])[2:]
+            return np.hstack([gradient, np.zeros((self.n_limits, len(y) - n))])
+
+        return [
+            {
+                "type": "ineq",
+                "fun": lambda y: -distance - self.excess_at(y[:n]),
+                "jac": slopes,
+            }
+        ]
 
     def descend(self, start: RealArray, row: int, *, goal: float, steps: int) -> _Point:
         """Return where a descent of one objective ends."""
@@ -206,6 +359,7 @@ class _Landscape:
             jac=lambda place: self.slope_at(place)[row],
             method="SLSQP",
             bounds=[(0.0, 1.0)] * len(start),
+            constraints=self._kept(len(start), goal=goal),
             options={"maxiter": steps, "ftol": goal},
         )
         return self.point(end.x)
@@ -220,7 +374,7 @@ class _Landscape:
             "type": "ineq",
             "fun": lambda y: y[-1] - (self.at(y[:-1]) - target) / box,
             "jac": lambda y: np.hstack(
-                [-self.slope_at(y[:-1]) / box[:, np.newaxis], np.ones((2, 1))]
+                [-self.slope_at(y[:-1])[:2] / box[:, np.newaxis], np.ones((2, 1))]
             ),
         }
         first = np.max((self.at(start) - target) / box)
@@ -229,7 +383,7 @@ class _Landscape:
             np.r_[start, first],
             jac=lambda _: slope,
             method="SLSQP",
-            constraints=[constraint],
+            constraints=[constraint, *self._kept(n, goal=goal)],
             bounds=[(0.0, 1.0)] * n + [(None, None)],
             options={"maxiter": steps, "ftol": goal},
         )
@@ -238,7 +392,8 @@ class _Landscape:
     def point(self, place: RealArray) -> _Point:
         """Return the objectives at a place, clipped into the bounds."""
         inside = np.clip(place, 0.0, 1.0)
-        return _Point(inside, self.at(inside))
+        value = self.at(inside)
+        return _Point(inside, value, self.beyond[-1])
 
 
 @dataclass(frozen=True)
@@ -261,13 +416,20 @@ class _Line:
         """Return the point of the line at a share of its length, (2,)."""
         return np.asarray(self.first + share * (self.second - self.first))
 
-    def excess(self, value: RealArray, share: float) -> float:
-        """Return by how many boxes objectives lie beyond a target; negative if below [1]."""
-        return float(np.max((value - self.target(share)) / self.box))
+    def excess(self, point: _Point, share: float) -> float:
+        """Return by how many boxes a point lies beyond a target; negative if below [1]."""
+        return float(np.max((point.value - self.target(share)) / self.box)) + point.penalty
 
 
-def converged_front(robust: Robust, *, seed: int, progress: Progress | None = None) -> RealArray:
-    """Return designs of a converged front of two smooth objectives.
+def converged_front(
+    robust: Robust,
+    *,
+    seed: int,
+    limits: DesignLimits | None = None,
+    begin: RealArray | None = None,
+    progress: Progress | None = None,
+) -> RealArray:
+    """Return designs of a converged front of two smooth objectives, perhaps within limits.
 
     Parameters
     ----------
@@ -275,13 +437,19 @@ def converged_front(robust: Robust, *, seed: int, progress: Progress | None = No
         Response for which `is_smooth` holds.
     seed : int
         Seed from 1 upwards of the random designs that find the branches.
+    limits : DesignLimits, optional
+        What designs must keep, beside the limits of the response.
+    begin : array, shape (n, k), optional
+        Designs within all limits from which descents begin too, by the first objective, such as the
+        front of another search [units of the space]. Random designs seldom are within limits.
     progress : callable, optional
         Called after each stage.
 
     Returns
     -------
     array, shape (n, k)
-        Designs that no other evaluated design beats [units of the space].
+        Designs within all limits that no other evaluated one beats; perhaps none [units of the
+        space].
 
     Notes
     -----
@@ -303,15 +471,18 @@ def converged_front(robust: Robust, *, seed: int, progress: Progress | None = No
         return np.where(free, random.random(free.size), 0.0)
 
     stages = _Stages(progress)
-    few = replace(robust, sample=_first_draws(robust.sample, FEW_DRAWS))
+    few = _Problem(replace(robust, sample=_first_draws(robust.sample, FEW_DRAWS)), limits)
     size, worst = _scale(few, np.array([place() for _ in range(16)]))
-    ends, branches = _branches(_Landscape(few, size, worst), place)
+    guides = _guides(space, begin)
+    ends, branches = _branches(_Landscape(few, size, worst), place, guides)
     stages.done("branches")
-    landscape = _Landscape(robust, size, worst)
-    net = _Net(landscape, _ends(landscape, ends, branches))
+    landscape = _Landscape(_Problem(robust, limits), size, worst)
+    net = _Net(landscape, _ends(landscape, ends, branches, guides))
     stages.done("ends")
+    for guide in guides:
+        landscape.point(guide)
     for share, points in branches.items():
-        net.solve(share, _distinct(points, 2, APART))
+        net.solve(share, _distinct(points, 2, APART) + _at_share(guides, share))
     for shares in (sorted(net.points), sorted(net.points, reverse=True)):
         for before, share in pairwise(shares[:-1]):
             if _distance(net.points[before], net.points[share]) > APART:
@@ -321,9 +492,24 @@ def converged_front(robust: Robust, *, seed: int, progress: Progress | None = No
     stages.done("refined")
     net.fill()
     stages.done("filled")
-    places, values = np.array(landscape.places), np.array(landscape.values)
+    kept = np.array(landscape.beyond) <= 0.0
+    places, values = np.array(landscape.places)[kept], np.array(landscape.values)[kept]
     best = nondominated(values)
     return np.asarray(space.lower + places[best] * (space.upper - space.lower))
+
+
+def _guides(space: DesignSpace, begin: RealArray | None) -> list[RealArray]:
+    """Return at most `GUIDES` of given designs, evenly along their order, scaled."""
+    if begin is None or len(begin) == 0:
+        return []
+    chosen = np.unique(np.linspace(0, len(begin) - 1, GUIDES).round().astype(int))
+    span = space.upper - space.lower
+    return list((begin[chosen] - space.lower) / np.where(span > 0.0, span, 1.0))
+
+
+def _at_share(guides: Sequence[RealArray], share: float) -> list[RealArray]:
+    """Return the guide at a share of their order, 0 to 1, if there are any."""
+    return [guides[round(share * (len(guides) - 1))]] if guides else []
 
 
 class _Stages:
@@ -344,54 +530,70 @@ def _first_draws(sample: ToleranceSampler, n: int) -> ToleranceSampler:
     return replace(sample, values=sample.values[:n])
 
 
-def _scale(robust: Robust, places: RealArray) -> tuple[RealArray, RealArray]:
-    """Return the standard deviation of each objective over designs, and the worst, scaled, (2,)."""
-    space = robust.space
-    values = robust(space.lower + places * (space.upper - space.lower))
+def _scale(problem: _Problem, places: RealArray) -> tuple[RealArray, RealArray]:
+    """Return standard deviations over designs, and the worst objectives, scaled.
+
+    - returns: of objectives and excess, (2 + c,), and of the objectives, (2,).
+    """
+    space = problem.robust.space
+    designs = space.lower + places * (space.upper - space.lower)
+    values = problem.robust(designs)
     computed = values.objectives[~values.failed]
+    excess = np.empty((len(designs), 0))
+    if problem.robust.limits is not None or problem.limits is not None:
+        excess = np.array([problem(design)[0][2:] for design in designs])
+        excess = excess[np.isfinite(excess).all(axis=1)]
     if len(computed) == 0:
-        return np.ones(2), np.zeros(2)
-    spread = computed.std(axis=0)
+        return np.ones(2 + excess.shape[1]), np.zeros(2)
+    spread = np.r_[computed.std(axis=0), excess.std(axis=0) if len(excess) else excess.sum(axis=0)]
     size = np.where(spread > 0.0, spread, 1.0)
-    return size, computed.max(axis=0) / size
+    return size, computed.max(axis=0) / size[:2]
 
 
 def _branches(
-    few: _Landscape, place: Callable[[], RealArray]
+    few: _Landscape, place: Callable[[], RealArray], guides: Sequence[RealArray]
 ) -> tuple[list[list[_Point]], dict[float, list[_Point]]]:
     """Return both ends and the optima at each target, all with few draws, the best first."""
-    ends = [
-        sorted(
-            (few.descend(place(), row, goal=1e-5, steps=30) for _ in range(starts)),
-            key=lambda point: float(point.value[row]),
-        )
-        for row, starts in enumerate(END_STARTS)
-    ]
+    ends = []
+    for row, count in enumerate(END_STARTS):
+        starts = [place() for _ in range(count)] + _at_share(guides, float(row))
+        points = [few.descend(start, row, goal=1e-5, steps=30) for start in starts]
+        ends.append(sorted(points, key=partial(_value_of, row=row)))
     line = _Line(ends[0][0].value, ends[1][0].value)
     branches = {}
     for share in (np.arange(TARGETS) + 0.5) / TARGETS:
         target = line.target(share)
-        points = [few.reach(place(), target, line.box, goal=1e-4, steps=20) for _ in range(STARTS)]
-        points.sort(key=lambda point: line.excess(point.value, share))
-        lowest = line.excess(points[0].value, share)
+        starts = [place() for _ in range(STARTS)] + _at_share(guides, float(share))
+        points = [few.reach(start, target, line.box, goal=1e-4, steps=20) for start in starts]
+        points.sort(key=lambda point: line.excess(point, share))
+        lowest = line.excess(points[0], share)
         branches[float(share)] = [
-            point for point in points if line.excess(point.value, share) < lowest + 0.05
+            point for point in points if line.excess(point, share) < lowest + 0.05
         ]
     return ends, branches
 
 
 def _ends(
-    landscape: _Landscape, ends: list[list[_Point]], branches: dict[float, list[_Point]]
+    landscape: _Landscape,
+    ends: list[list[_Point]],
+    branches: dict[float, list[_Point]],
+    guides: Sequence[RealArray],
 ) -> list[_Point]:
     """Return both ends with all draws."""
     best = []
     nearest = (min(branches), max(branches))
     for row in range(2):
         starts = _distinct(ends[row], 6, 0.3) + _distinct(branches[nearest[row]], 2, APART)
+        starts += _at_share(guides, float(row))
         points = [landscape.descend(place, row, goal=1e-6, steps=25) for place in starts]
-        first = min(points, key=lambda point: float(point.value[row]))
+        first = min(points, key=partial(_value_of, row=row))
         best.append(landscape.descend(first.place, row, goal=1e-10, steps=60))
     return best
+
+
+def _value_of(point: _Point, *, row: int) -> float:
+    """Return an objective of a point, with what it misses limits by."""
+    return float(point.value[row]) + point.penalty
 
 
 class _Net:
@@ -408,7 +610,7 @@ class _Net:
         target, box = self.line.target(share), self.line.box
         for start in starts:
             point = self.landscape.reach(start, target, box, goal=1e-6, steps=40)
-            excess = self.line.excess(point.value, share)
+            excess = self.line.excess(point, share)
             if excess < self.reached.get(share, np.inf) - 1e-9:
                 self.points[share], self.reached[share] = point, excess
 
@@ -444,6 +646,7 @@ class _Net:
             starts = [first.place, second.place]
         values = np.array(self.landscape.values)
         excess = np.max((values - self.line.target(middle)) / self.line.box, axis=1)
+        excess += BEYOND * np.maximum(self.landscape.beyond, 0.0)
         nearest = self.landscape.places[int(excess.argmin())]
         if min(np.linalg.norm(nearest - start) for start in starts) > 0.5 * APART:
             starts.append(nearest)

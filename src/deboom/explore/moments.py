@@ -213,7 +213,8 @@ class Objective:
         Share of all parts below the quantile, or in front of the tail, such as 0.95 [1].
     response : str or callable, optional
         A response by name; a function of the responses, (n, r) → (n,); or a model of its own, such
-        as a `deboom.ResponseFunction`, of the designs as made. By default all responses.
+        as a `deboom.ResponseFunction`, of the designs as made, of whose responses the sum or the
+        worst counts. By default all responses.
     above : float, optional
         Level beyond which ``share above`` counts a part [unit].
     unit, label : str
@@ -273,6 +274,9 @@ class Objective:
         names = getattr(self.response, "response_names", None) or [
             getattr(self.response, "__name__", "own number")
         ]
+        if len(names) > 1 and not isinstance(self.response, str):
+            what = getattr(self.response, "quantity", "own number")
+            return f"{statistic}, {what}, {'worst' if self.worst else 'sum'}"
         return f"{statistic}, {self.response if isinstance(self.response, str) else names[0]}"
 
     def at_most(self, bound: float | str) -> RobustLimit:

@@ -490,6 +490,32 @@ class Front(Tabled):
             width=FULL_WIDTH if width is None else width,
         )
 
+    def parallel_picture(self) -> Any:
+        """Draw every design as a line over all objectives, with the picks and today's.
+
+        Beside the pairs of `picture` it shows what one objective costs in all others. Each axis
+        runs from the least to the largest of the front, whose numbers stand below it with the unit.
+        """
+        from deboom import plot
+
+        values = self.values.objectives
+        shown = values[self.nondominated]
+        low, high = shown.min(axis=0), shown.max(axis=0)
+        high = np.where(high > low, high, low + 1.0)
+        marks = {} if self.baseline.failed[0] else {"today's": self.baseline.objectives[0]}
+        marks |= {name: values[row] for name, row in self.picks.items()}
+        labels = self.robust.objective_labels
+        ends = zip(labels, low, high, strict=True)
+        return plot.parallel_coordinates(
+            [f"{label}\n{least:.5g} to {largest:.5g}" for label, least, largest in ends],
+            shown,
+            np.stack([low, high]),
+            shown[:, 0],
+            marks,
+            value_label=labels[0],
+            share_label="share of the range [%]",
+        )
+
     def convergence_picture(self) -> Any:
         """Draw what the front lacks to the last one over the generations, see `convergence`."""
         from deboom import plot

@@ -500,15 +500,17 @@ class Robust:
             return objective(values[:, at], mean[at], sigma[at])
         of_designs = hasattr(objective.response, "variable_names")
         given = np.array(made) if of_designs else np.array(values)
-        column = np.asarray(objective.response(given), dtype=float)
-        if column.size != len(values):
+        columns = np.asarray(objective.response(given), dtype=float)
+        # a model of its own may have several responses, whose sum or worst counts
+        n_columns = len(getattr(objective.response, "response_names", ("",)))
+        if columns.size != len(values) * n_columns:
             raise InputError(
-                f"the objective '{objective.name}' gave an array of shape {column.shape} for "
+                f"the objective '{objective.name}' gave an array of shape {columns.shape} for "
                 f"{len(values)} draws: return one number for each"
             )
-        column = column.reshape(-1, 1)
-        moments = self.prepared(design).moments(column)
-        return objective(column, moments.mean, moments.sigma)
+        columns = columns.reshape(-1, n_columns)
+        moments = self.prepared(design).moments(columns)
+        return objective(columns, moments.mean, moments.sigma)
 
     def _numbers(self, design: RealArray, numbers: Sequence[Objective]) -> RealArray:
         """Return numbers of a design that does not fail, shape (n,)."""
@@ -631,6 +633,12 @@ class Limits:
         beyond = np.column_stack(columns)
         return np.where(np.isnan(beyond), np.inf, beyond)
 
+    def excess_slopes(self, gradient: RealArray) -> RealArray:
+        """Return the derivatives of the excess, (c, k), from those of the responses, (r, k)."""
+        columns = [column for column, *_ in self._bounds]
+        signs = np.array([sign for _, sign, _ in self._bounds])
+        return np.asarray(signs[:, np.newaxis] * gradient[columns])
+
     def closest(self, designs_excess: RealArray) -> str:
         """Say what the closest of designs that all miss a limit lacks, and what none keeps."""
         relative = designs_excess / self.scale
@@ -664,9 +672,9 @@ class RobustLimits(Limits):
 class LimitedResponse:
     """A robust response whose designs must keep limits, put around what `workers_for` gives.
 
-    - `robust`: response to be minimised.
+    - `robust`: response to be minimised; its own limits come first.
     - `response`: responses that are limited, of the same variables, in the units of the limits.
-    - `limits`: limits of the responses, by name.
+    - `stated`: limits of the responses, by name.
     - `made`, optional: map from a design, shape (k,), to the designs as they are made, shape
       (n_samples, k), such as `Robust.made`: then the worst of them must keep each limit.
     - raises InputError: other variables, or other responses than limits.
@@ -674,7 +682,7 @@ class LimitedResponse:
 
     robust: RobustEvaluation
     response: Requirements
-    limits: Limits
+    stated: Limits
     made: Callable[[RealArray], RealArray] | None = None
 
     __repr__ = short_repr
@@ -682,7 +690,7 @@ class LimitedResponse:
     def __post_init__(self) -> None:
         names, limited = self.response.variable_names, self.response.response_names
         check_same_names("the limited responses have the variables", names, self.robust.space.names)
-        wanted = [limit.response for limit in self.limits.limits]
+        wanted = [limit.response for limit in self.stated.limits]
         check_same_names("the limited responses have the responses", limited, wanted)
 
     @property
@@ -695,19 +703,26 @@ class LimitedResponse:
         """Number m of objectives."""
         return self.robust.n_objectives
 
+    @property
+    def limits(self) -> Limits:
+        """Limits of the robust response, then those of the limited responses."""
+        before = self.robust.limits
+        return self.stated if before is None else Limits(before.limits + self.stated.limits)
+
     def excess(self, designs: RealArray) -> RealArray:
-        """Return how far designs, shape (n, k), miss each bound, shape (n, c) [its unit]."""
+        """Return how far designs, shape (n, k), miss each bound of `stated` (n, c) [its unit]."""
         if self.made is None:
-            return self.limits.excess(self.response(designs))
+            return self.stated.excess(self.response(designs))
         rows = [
-            self.limits.excess(self.response(self.made(design))).max(axis=0) for design in designs
+            self.stated.excess(self.response(self.made(design))).max(axis=0) for design in designs
         ]
-        return np.array(rows).reshape(len(designs), len(self.limits.names))
+        return np.array(rows).reshape(len(designs), len(self.stated.names))
 
     def __call__(self, designs: RealArray) -> RobustValues:
         """Return the values of the designs, shape (n, k), with their excess."""
         values = self.robust(designs)
-        return replace(values, excess=self.excess(values.designs))
+        excess = np.hstack([values.excess, self.excess(values.designs)])
+        return replace(values, excess=excess)
 
 
 @dataclass(frozen=True, eq=False)
@@ -725,8 +740,6 @@ class DesignLimits:
     inputs: tuple[Path, ...] = ()
 
     def around(self, robust: RobustEvaluation) -> RobustEvaluation:
-        """Return a response whose designs must keep the limits."""
-        if robust.limits is not None:
-            raise InputError("limits come with the response and with the search: give all to one")
+        """Return a response whose designs must keep the limits, and those that it has."""
         made = self.every_part.made if self.every_part else None
         return LimitedResponse(robust, self.requirements, self.limits, made)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from math import comb
 from typing import Any, Protocol
 
@@ -227,7 +228,7 @@ def nsga2(
             if checkpoint is not None:
                 checkpoint.save({**facts, "seconds": seconds})
             if progress is not None:
-                progress(runner.n_gen - 1, generations, archive.summary())
+                progress(runner.n_gen - 1, generations, archive.summary(generations))
             stopped = until.reached(archive.hypervolume, seconds) if until else None
     done = f"{len(archive.hypervolume)} generations"
     return archive.result(
@@ -367,15 +368,36 @@ class _Archive(Around):
         self.store.keep(number, {name: getattr(values, name) for name in columns})
         return values
 
-    def summary(self) -> str:
-        """Return one line of text about the generations so far."""
+    def summary(self, generations: int) -> str:
+        """Return one line of text about the generations so far, of all that are planned."""
         n_failed = sum(int(values.failed.sum()) for values in self.generations)
         n_worse = sum(int((~values.failed & ~values.feasible).sum()) for values in self.generations)
-        failed = f", {n_failed} failed" if n_failed else ""
-        beyond = f", {n_worse} beyond limits" if n_worse else ""
-        front = self.front
-        best = f"best {front.objectives[:, 0].min():.6g}, " if front is not None and front else ""
-        return f"{best}hypervolume {self.hypervolume[-1]:.5g}{failed}{beyond}"
+        parts = [f"generation {len(self.generations)} of {generations}"]
+        if self.front is not None and len(self.front) and np.isfinite(self.today):
+            change = (self.front.mean_sum.min() - self.today) / self.front.mean.shape[1]
+            unit = str(getattr(self._model, "response_unit", "")).removesuffix("(A)")
+            number = f"{change / self.n_lines:+.2g} {unit.removeprefix('1')}".strip()
+            parts.append(f"best mean {number}".replace("-", "−"))
+        parts += [f"{n_failed} failed"] if n_failed else []
+        parts += [f"{n_worse} beyond limits"] if n_worse else []
+        return ", ".join(parts)
+
+    @cached_property
+    def today(self) -> float:
+        """Mean of the nominal design, summed over the responses [unit of the responses]."""
+        return float(self.robust(self.robust.space.nominal[np.newaxis, :]).mean_sum[0])
+
+    @cached_property
+    def n_lines(self) -> int:
+        """Lines that each response is the sum of; 1 for a model that does not say."""
+        return int(getattr(self._model, "n_lines", 1))
+
+    @property
+    def _model(self) -> Any:
+        robust: Any = self.robust
+        while hasattr(robust, "robust"):
+            robust = robust.robust
+        return getattr(robust, "evaluate", None)
 
     def result(self, seed: int, seconds: float, *, stopped: str, algorithm: str) -> SearchResult:
         """Return what was found; refuse a search without a design that keeps all limits."""
@@ -589,12 +611,13 @@ def search(
 ) -> Front:
     """Search the robust front, let it converge, and verify it with draws it never saw.
 
-    NSGA-II keeps every evaluation. Where two sums are minimised, all designs share their draws, no
-    variable takes whole numbers only and no limits are set, gradients do the rest: of a model with
-    exact slopes, such as a `deboom.BoomingModel` in prescribed or coupled motion, the whole front
-    converges (`deboom.explore.descent.converged_front`) and joins what NSGA-II evaluated; of any
-    other smooth model each `Pick` goes on by differences. Elsewhere picks are the best of all
-    evaluated designs. At last the designs that are shown are evaluated again.
+    NSGA-II keeps every evaluation. Where two means or sigmas are minimised, all designs share their
+    draws and no variable takes whole numbers only, gradients do the rest: of a model with exact
+    slopes, such as a `deboom.BoomingModel` in prescribed or coupled motion, the whole front
+    converges (`deboom.explore.descent.converged_front`), also within limits of means, sigmas and
+    numbers of the design itself, and joins what NSGA-II evaluated; of any other smooth model
+    without limits each `Pick` goes on by differences. Elsewhere picks are the best of all evaluated
+    designs. At last the designs that are shown are evaluated again.
 
     Parameters
     ----------
@@ -681,9 +704,9 @@ def search(
         checkpoint=checkpoint,
     )
     gradients = polish and limits is None and robust.limits is None and _smooth(robust)
-    converges = gradients and is_smooth(robust)
+    converges = polish and is_smooth(robust, limits)
     if converges:
-        result = _with_descents(robust, result, seed=seed, progress=progress)
+        result = _with_descents(robust, limits, result, seed=seed, progress=progress)
     rows = result.front
     if shown is not None:
         picked = _picked(robust, result.evaluated, polish=gradients)
@@ -697,6 +720,8 @@ def search(
         notes.append("Descents along exact gradients then brought the whole front to convergence.")
     elif gradients and shown is not None:
         notes.append("Its picks then went on by gradient.")
+    elif polish and not gradients and is_smooth(replace(robust, limits=None)):
+        notes.append("A limit has no gradient, so that the algorithm's designs are the front.")
     judge = replicates(robust, verified_with, seed=seed)
     try:
         values = verified(rows, judge)
@@ -727,11 +752,25 @@ def _designs_of(begin: Any) -> RealArray | None:
 
 
 def _with_descents(
-    robust: Robust, result: SearchResult, *, seed: int, progress: Progress | None
+    robust: Robust,
+    limits: DesignLimits | None,
+    result: SearchResult,
+    *,
+    seed: int,
+    progress: Progress | None,
 ) -> SearchResult:
     """Return a search whose front has converged by descents, which join its archive."""
     begun = time.perf_counter()
-    values = robust(converged_front(robust, seed=seed, progress=progress))
+    evaluated = robust if limits is None else limits.around(robust)
+    limited = evaluated.limits is not None
+    designs = converged_front(
+        robust,
+        seed=seed,
+        limits=limits,
+        begin=np.asarray(result.front.designs) if limited else None,
+        progress=progress,
+    )
+    values = evaluated(designs)
     return replace(
         result,
         front=pareto_front(result.front, values),

@@ -22,7 +22,8 @@ STEP = 1e-4
 """Step of the central differences, as a share of the bounds [1]."""
 KEPT_BY = 5e-3
 """Distance of a pick from what it must keep, as a share of the standard deviation [1]."""
-
+OBJECTIVE = {Pick.best_mean: 0, Pick.none_louder: 0, Pick.sigma_kept: 0, Pick.best_sigma: 1}
+"""Objective that a pick has least of: 0 the sum of means, 1 that of standard deviations."""
 
 _Picked = TypeVar("_Picked")
 
@@ -76,21 +77,22 @@ def pick(
             "its objectives"
         )
     every = np.ones(rows.size, dtype=bool)
-    kept = {Pick.best_mean: (every, (0, 1))}
+    kept = {Pick.best_mean: every}
     if today is not None:
         quieter = values.objectives[rows, 0] < today.objectives[0, 0]
         quieter &= np.all(values.mean[rows] <= today.mean[0], axis=1)
         quieter &= True if allowed is None else allowed[rows]
         tight = quieter & (values.sigma_sum[rows] <= today.sigma_sum[0])
-        kept |= {Pick.none_louder: (quieter, (0, 1)), Pick.sigma_kept: (tight, (0, 1))}
-    kept[Pick.best_sigma] = (every, (1, 0))
+        kept |= {Pick.none_louder: quieter, Pick.sigma_kept: tight}
+    kept[Pick.best_sigma] = every
     row_of_pick: ByPick[int] = ByPick()
-    for name, (among, (first, then)) in kept.items():
+    for name, among in kept.items():
         if among.any():
             left = rows[among]
+            least, then = OBJECTIVE[name], 1 - OBJECTIVE[name]
             objectives = values.objectives[left]
             row_of_pick[name] = int(
-                left[np.lexsort((objectives[:, then], objectives[:, first]))[0]]
+                left[np.lexsort((objectives[:, then], objectives[:, least]))[0]]
             )
     return row_of_pick
 
@@ -271,7 +273,7 @@ class _Goal:
 
     def descend(self, name: Pick, start: RealArray) -> RealArray:
         """Return the design where the search for one pick ends."""
-        row = 1 if name is Pick.best_sigma else 0
+        row = OBJECTIVE[name]
         limits = np.concatenate([self.today.sigma_sum, self.today.mean[0]])
         distance = KEPT_BY * np.concatenate([self.today.sigma_sum, self.today.sigma[0]])
         kept = (limits - distance) / self.scale

@@ -108,6 +108,8 @@ def design_inputs(space: DesignSpace) -> SensitivityInputs:
     """Return variables that are uniform within the bounds of a space: a designer's choice.
 
     Whole numbers reach half an option beyond, so that rounding gives all options the same chance.
+
+    - raises InputError: a variable with equal bounds: it has no share, leave it out of the space.
     """
     reach = np.where(space.integer, 0.5, 0.0)
     return SensitivityInputs(space.names, space.lower - reach, space.upper + reach)

@@ -245,12 +245,12 @@ def box_file(path: Path) -> Path:
     return path / BOX_FILE
 
 
-def read_solution_box(path: Path) -> AcceptanceBox:
+def read_solution_box(path: str | Path) -> AcceptanceBox:
     """Read an acceptance box, or that of a run folder, whose files are checked.
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         File that `write_solution_box` or the study ``solution_box`` wrote, or the study's run.
 
     Returns
@@ -271,7 +271,7 @@ def read_solution_box(path: Path) -> AcceptanceBox:
     >>> import deboom
     >>> box = deboom.read_solution_box("results/solution_box/RUN")  # doctest: +SKIP
     """
-    file = box_file(path)
+    file = box_file(Path(path))
     if (file.parent / RECORD).is_file():
         check_files(read_run(file.parent))
     kind = "acceptance box: the study solution_box writes one"

@@ -82,7 +82,6 @@ class SpectrumDeviations(StrictModel):
 
     relative: NotNegative  # over the amplitude [1]
     floor_m_s2: Positive  # of the accelerometers
-    floor_pa: Positive  # of the microphones
     # of the calibration of a microphone, in functions and spectra alike
     microphone_db: Annotated[NotNegative, within(0.0, 6.0, "no microphone is that far off, in dB")]
 
@@ -309,16 +308,15 @@ def _run(
     acceleration = file.spectrum(places.responses, "acceleration", "m/s^2")
     sound = file.spectrum(ears, "pressure", "Pa")
 
-    def deviation(values: ComplexArray, floor: float) -> RealArray:
-        # of the modulus: both parts add as squares
-        return np.asarray(np.sqrt(2.0) * np.hypot(stated.relative * np.abs(values), floor))
-
+    # of the modulus: both parts add as squares
+    deviation = np.sqrt(2.0) * np.hypot(
+        stated.relative * np.abs(acceleration.values), stated.floor_m_s2
+    )
     return SourceRun(
         name=entry.name,
         acceleration=acceleration,
         sound=sound,
-        acceleration_deviation=deviation(acceleration.values, stated.floor_m_s2),
-        sound_deviation=deviation(sound.values, stated.floor_pa),
+        acceleration_deviation=np.asarray(deviation),
         order=entry.order or 0.0,
     )
 
@@ -453,7 +451,8 @@ def _joint(folder: Path, point: ReceiverPointSection, frequency: RealArray) -> M
                 f"{first_difference(frequency, lines)}; measure both on the same, nothing is "
                 "interpolated"
             )
-        return MountJoint(stiffness)
+        with naming(path):
+            return MountJoint(stiffness)
     if point.stiffness_n_per_m is None or point.loss_factor is None:
         return MountJoint()
     along = np.array(point.stiffness_n_per_m) * (1 + 1j * point.loss_factor)

@@ -42,6 +42,17 @@ FILES: Mapping[FolderKind, tuple[str, type[StrictModel]]] = {
     FolderKind.hammer: (HAMMER_TEST_FILE, HammerTestFile),
 }
 """Kind of folder → the file that makes it one, and its keys; a car has ``operation.toml``, too."""
+NEXT: Mapping[FolderKind, tuple[str, str]] = {
+    FolderKind.platform: ("deboom run u06_platform --platform {}", "your-own-platform"),
+    FolderKind.campaign: ("deboom characterise {} --library mounts.db", "your-own-data"),
+    FolderKind.vehicle: ("deboom run synthesis_validation --vehicle {}", "your-own-data"),
+    FolderKind.car: ("deboom run compressor_noise --car {}", "your-own-data"),
+    FolderKind.operation: ("deboom unbalance {}", "your-own-data"),
+    FolderKind.compressor: ("deboom identify {}", "your-own-data"),
+    FolderKind.component: ("deboom run component_tpa --test {}", "component-tpa"),
+    FolderKind.hammer: ("deboom look {}", "your-own-data"),
+}
+"""Kind of folder → the command that takes it, and the guide that explains it."""
 CHECKED_LINES = 200.0
 """Last line of the functions that the check of a hammer test makes of its hits [Hz]."""
 
@@ -60,6 +71,31 @@ def kind_of_folder(folder: Path) -> FolderKind:
         )
     files = ", ".join(file for file, _ in FILES.values())
     raise InputError(f"{folder} holds none of {files}: name the folder of one of them")
+
+
+def refuse_other_kind(folder: Path, kind: FolderKind) -> None:
+    """Raise InputError for a folder of another kind, and name the command that takes it.
+
+    A folder that is missing, or of no kind, is left to whoever reads it.
+    """
+    held = [other for other, (file, _) in FILES.items() if (folder / file).exists()]
+    if held and kind not in held:
+        command, _ = NEXT[held[0]]
+        raise InputError(
+            f"{folder} holds {FILES[held[0]][0]}, not {FILES[kind][0]}: "
+            f"`{command.format(folder.as_posix())}` takes it"
+        )
+
+
+def first_steps(folder: Path, kind: FolderKind) -> tuple[str, ...]:
+    """Return what to do with a new folder, line by line: fill in, check, go on, read."""
+    (file, _), (command, guide) = FILES[kind], NEXT[kind]
+    where = folder.as_posix()
+    return (
+        f"fill in first: {where}/{file}, the lines with FILL IN; {where}/README.md has the order",
+        f"then: deboom check {where}, which names what is missing, and {command.format(where)}",
+        f"guide: docs/guides/{guide}.md",
+    )
 
 
 def summary_of(folder: Path, kind: FolderKind) -> list[tuple[str, str]]:

@@ -526,14 +526,15 @@ def read_nodal(path: Path) -> tuple[UffFunction, ...]:
 
 
 def with_their_tables(paths: Iterable[Path]) -> tuple[Path, ...]:
-    """Return files, each once, and behind each punch or npz the table that says what it means.
+    """Return files, each once, and behind each punch, npz or WAV its table of units.
 
     - `paths`: of functions and others.
     """
     files: dict[Path, None] = {}
     for path in paths:
         files |= {path: None}
-        files |= {path.with_suffix(".csv"): None} if path.suffix.lower() in _NODAL else {}
+        stated = path.suffix.lower() in (*_NODAL, ".wav")
+        files |= {path.with_suffix(".csv"): None} if stated else {}
     return tuple(files)
 
 

@@ -134,9 +134,8 @@ def _run(path: Path, section: RigRunSection, file: MountRigFile) -> RigRun:
     with naming(path):
         moved = _side(table, "input", "m/s^2")
         indirect = file.blocking_mass_kg is not None
-        still = (
-            _side(table, "output", "m/s^2") if indirect or "output x" in table.functions else None
-        )
+        stated = any(f"output {axis}" in table.functions for axis in AXES)
+        still = _side(table, "output", "m/s^2") if indirect or stated else None
         if file.blocking_mass_kg is not None and still is not None:
             force = file.blocking_mass_kg * still
         else:

@@ -3,7 +3,9 @@
 A punch file states neither units nor what a subcase loads. A table beside it does, with the same
 name and the ending ``.csv``: one row per subcase with the columns ``subcase``, ``node``,
 ``direction`` and ``force [N]`` of the load, and ``length`` and ``pressure``, the units of the
-model, such as ``mm`` and ``MPa``. Results follow exp(+iωt), as Nastran's and deboom's do.
+model, such as ``mm`` and ``MPa``. A column ``acoustic_points`` names the scalar points whose result
+is a pressure: the file prints it under displacements and does not tell it from that of another
+scalar point. Results follow exp(+iωt), as Nastran's and deboom's do.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError, naming
 from deboom.files.disk import read_text
 from deboom.files.schema import refuse_all
-from deboom.files.tables import Numbers, TableRow, read_table
+from deboom.files.tables import Numbers, Optional, TableRow, read_table
 from deboom.files.uff import UffFunction
 from deboom.files.units import parse_unit
 
@@ -55,6 +57,8 @@ class LoadRow(TableRow):
     - `direction`: ``+x`` … ``-z``, along the axes of the results.
     - `force`: amplitude, the same at all frequencies [N].
     - `length`, `pressure`: units of the model, such as ``mm`` and ``MPa``.
+    - `acoustic_points`: numbers of the scalar points of type S whose result is a pressure, with
+      blanks between; empty where the cavity is printed under its own title or not at all.
     """
 
     unique = ("subcase {0.subcase}", "force at node {0.node} along {0.direction}")
@@ -64,6 +68,12 @@ class LoadRow(TableRow):
     force: Annotated[float, Numbers(("force",), "N")]
     length: str
     pressure: str
+    acoustic_points: Annotated[str, Optional("")] = ""
+
+    @property
+    def acoustic(self) -> frozenset[int]:
+        """Numbers of the acoustic points."""
+        return frozenset(map(int, self.acoustic_points.split()))
 
     def _check(self) -> None:
         if not re.fullmatch("[+-][xyz]", self.direction):
@@ -73,6 +83,11 @@ class LoadRow(TableRow):
         for what, si in (("length", "m"), ("pressure", "Pa")):
             if parse_unit(getattr(self, what), si).si != si:
                 raise InputError(f"'{getattr(self, what)}' is no unit of {what}: use {si} or such")
+        if not re.fullmatch(r"[1-9]\d*( +[1-9]\d*)*|", self.acoustic_points):
+            raise InputError(
+                f"acoustic_points '{self.acoustic_points}': give numbers of points with blanks "
+                "between, such as '900001 900002'"
+            )
 
 
 def loads_of(path: Path) -> dict[int, LoadRow]:
@@ -104,13 +119,15 @@ def read_punch(path: Path) -> tuple[UffFunction, ...]:
     -------
     tuple of UffFunction
         Translations of each grid point along the axes of the results, and the pressure of each
-        fluid point, per force, in SI. Rotations and results of elements are passed over.
+        acoustic point, per force, in SI. Rotations, other scalar points and results of elements
+        are passed over.
 
     Raises
     ------
     InputError
-        No table of loads; a subcase without its row, or a row without its subcase; results of
-        another analysis, such as modes; a file that is cut off or damaged.
+        No table of loads; scalar points where no acoustic one is named; a subcase without its row,
+        or a row without its subcase; results of another analysis, such as modes; a file that is cut
+        off or damaged.
 
     Examples
     --------
@@ -119,8 +136,9 @@ def read_punch(path: Path) -> tuple[UffFunction, ...]:
     >>> read_punch(Path("wagon.pch"))[0].unit  # doctest: +SKIP
     'm/N'
     """
-    values = _values(path, _entries(path, read_text(path)))
-    return functions_of_results(path, loads_of(path), values)
+    loads = loads_of(path)
+    values = _values(path, loads, _entries(path, read_text(path)))
+    return functions_of_results(path, loads, values)
 
 
 Results = Mapping[tuple[int, str, int], tuple[RealArray, ComplexArray]]
@@ -147,6 +165,14 @@ def functions_of_results(
                 f"{table}: subcase {number} has no results over frequency in {path.name}: correct "
                 "its number, or take the row out"
                 for number in sorted(loads.keys() - subcases)
+            ),
+            *(
+                f"{table}: subcase {number}: acoustic point {point} has no pressure in "
+                f"{path.name}: correct its number, or print it"
+                for number, load in sorted(loads.items())
+                if number in subcases
+                for point in sorted(load.acoustic)
+                if (number, "pressure", point) not in results
             ),
         ]
     )
@@ -199,7 +225,7 @@ class _Entry:
     quantity: str
     polar: bool
     point: int
-    fluid: bool
+    scalar: bool
     frequency: float
     numbers: Sequence[float]
 
@@ -272,13 +298,12 @@ def _entry(path: Path, number: int, block: _Block, lines: Sequence[str]) -> _Ent
             "or damaged, punch it again"
         )
     first = _number(path, number, lines[0][:17].strip())
-    fluid = lines[0][17:18] == "S"
     return _Entry(
         subcase=block.subcase,
         quantity=_QUANTITIES[block.title],
         polar=block.polar,
         point=int(first) if block.point is None else block.point,
-        fluid=fluid,
+        scalar=lines[0][17:18] == "S",
         frequency=first if block.frequency is None else block.frequency,
         numbers=numbers,
     )
@@ -296,16 +321,29 @@ def _number(path: Path, line: int, text: str) -> float:
         ) from None
 
 
-def _values(path: Path, entries: Iterator[_Entry]) -> Results:
-    """Complex values by subcase, quantity and node, over rising frequencies."""
+def _values(path: Path, loads: Mapping[int, LoadRow], entries: Iterator[_Entry]) -> Results:
+    """Complex values by subcase, quantity and node, over rising frequencies.
+
+    - raises InputError: a scalar point of which nobody says whether it is acoustic.
+    """
+    acoustic = frozenset[int]().union(*(load.acoustic for load in loads.values()))
     collected = defaultdict[tuple[int, str, int], dict[float, ComplexArray]](dict)
     for entry in entries:
         first, second = np.reshape(entry.numbers, (2, 6))
         values = first * np.exp(1j * np.deg2rad(second)) if entry.polar else first + 1j * second
-        # a fluid point's pressure stands where a grid point has its first translation
-        if entry.fluid and entry.quantity not in ("displacement", "pressure"):
-            continue
-        quantity = "pressure" if entry.fluid else entry.quantity
+        quantity = entry.quantity
+        if entry.scalar and quantity != "pressure":
+            if not acoustic:
+                raise InputError(
+                    f"{path}: scalar point {entry.point} may be acoustic, with a pressure, or a "
+                    "degree of freedom of a substructure: name the acoustic points in a column "
+                    f"'acoustic_points' of {path.with_suffix('.csv').name}, with blanks between, "
+                    "such as '900001 900002'; others are then passed over"
+                )
+            # its pressure stands where a grid point has its first translation
+            if quantity != "displacement" or entry.point not in acoustic:
+                continue
+            quantity = "pressure"
         lines = collected[entry.subcase, quantity, entry.point]
         if entry.frequency in lines:
             raise InputError(

@@ -7,6 +7,7 @@ pickled.
 
 from __future__ import annotations
 
+import glob
 import hashlib
 import io
 import json
@@ -384,11 +385,13 @@ def readable_runs(
 def read_run(folder: str | Path) -> RunEntry:
     """Return the run of a folder, or of a page or file in it, or by its name in ``results`` here.
 
+    A name may be cut short where one run alone begins so.
+
     Parameters
     ----------
     folder : str or Path
         Folder of a run, a file in it, the name of a run, or ``<folder of a study>/latest`` for its
-        run that began last and has finished.
+        run that began last and has finished; ``latest`` for that of any study in ``results``.
 
     Returns
     -------
@@ -399,8 +402,8 @@ def read_run(folder: str | Path) -> RunEntry:
     Raises
     ------
     InputError
-        The folder holds no run, its record is damaged, two studies have a run of this name, or no
-        run has finished yet where the latest is wanted.
+        The folder holds no run, its record is damaged, several runs have this name or begin so, or
+        no run has finished yet where the latest is wanted.
 
     Examples
     --------
@@ -411,11 +414,10 @@ def read_run(folder: str | Path) -> RunEntry:
     deboom.errors.InputError: nowhere is no run folder: ...
     """
     folder = latest_run(Path(folder))
-    bare = len(folder.parts) == 1 and not folder.exists()
-    named = sorted(Path("results").glob(f"*/{folder.name}")) if bare else []
+    named = [] if folder.exists() else _runs_named(folder)
     if len(named) > 1:
         raise InputError(
-            f"two studies have a run {folder}: say {named[0].as_posix()} or {named[1].as_posix()}"
+            f"{folder} names {len(named)} runs: say {named[0].as_posix()} or {named[1].as_posix()}"
         )
     for place in (*named, folder, folder.parent):
         if (place / RECORD).is_file():
@@ -423,16 +425,34 @@ def read_run(folder: str | Path) -> RunEntry:
     raise InputError(f"{folder} is no run folder: it has no {RECORD}; `deboom list` shows all runs")
 
 
+def _runs_named(folder: Path) -> list[Path]:
+    """Return the runs in ``results`` here of a name, or else those whose names begin with it.
+
+    A study's folder may stand before the name.
+    """
+    results, name = Path("results"), glob.escape(folder.name)
+    if len(folder.parts) > 2 or not name:
+        return []
+    studies = [results / folder.parent] if len(folder.parts) == 2 else list(results.glob("*"))
+    for pattern in (name, f"{name}*"):
+        runs = [run for study in studies for run in study.glob(pattern) if (run / RECORD).is_file()]
+        if runs:
+            return sorted(runs)
+    return []
+
+
 def latest_run(folder: Path) -> Path:
     """Return the folder itself, or what ``<folder of a study>/latest`` stands for.
 
-    The study's folder may also be named as it is in ``results`` here.
+    The study's folder may also be named as it is in ``results`` here; ``latest`` alone is the run
+    of any study there.
 
     - raises InputError: no run of the study has finished.
     """
     if folder.name != LATEST or folder.exists():
         return folder
-    homes = (folder.parent, Path("results") / folder.parent)
+    alone = len(folder.parts) == 1
+    homes = Path("results").glob("*") if alone else (folder.parent, Path("results") / folder.parent)
     finished = [
         record.parent
         for home in homes
@@ -441,7 +461,8 @@ def latest_run(folder: Path) -> Path:
     ]
     if not finished:
         raise InputError(
-            f"{folder}: no run has finished in {folder.parent}; `deboom list` shows all"
+            f"{folder}: no run has finished in {'results' if alone else folder.parent}; "
+            "`deboom list` shows all"
         )
     return max(finished, key=lambda run: run.name)
 
@@ -477,10 +498,17 @@ def find_run(out: Path, study: str, wanted: str) -> RunEntry:
     - `out`: Folder of all results.
     - `study`: Name of the study.
     - `wanted`: Name of the run or path of its folder, with or without the mark of an unfinished
-      one. A run that has finished in the meantime is found as well.
-    - raises InputError: No such run, a run of another study, or a damaged record.
+      one, or ``latest`` for the unfinished one that began last. A run that has finished in the
+      meantime is found as well.
+    - raises InputError: No such run, none that is unfinished, a run of another study, or a
+      damaged record.
     """
     plain = wanted.rstrip("/\\").removesuffix(UNFINISHED)
+    if plain == LATEST:
+        begun = [record.parent.name for record in (out / study).glob(f"*{UNFINISHED}/{RECORD}")]
+        if not begun:
+            raise InputError(f"{out / study}: no run of {study} was interrupted")
+        plain = max(begun).removesuffix(UNFINISHED)
     candidates = [
         Path(f"{place}{suffix}")
         for place in (plain, out / study / plain)

@@ -2,7 +2,8 @@
 
 SDynPy states no units and no quantities. A table beside the file does, with the same name and the
 ending ``.csv`` and the columns ``role`` (``response`` or ``reference``), ``node``, ``quantity`` and
-``unit``; a row without a node holds for all nodes of its role that have no row of their own.
+``unit``, and ``direction`` where one node has several quantities; a row without a direction holds
+for all directions of its node that have no row of their own, one without a node for all nodes.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy.typing as npt
 from deboom.errors import InputError, naming
 from deboom.files.disk import read_arrays
 from deboom.files.schema import for_each
-from deboom.files.tables import MayBeEmpty, TableRow, number_in, read_table
+from deboom.files.tables import MayBeEmpty, Optional, TableRow, number_in, read_table
 from deboom.files.uff import DIRECTIONS, UffFunction, numbers_that_fit
 from deboom.files.units import Unit, parse_unit
 
@@ -41,21 +42,34 @@ class SignalRow(TableRow):
 
     - `role`: ``response`` or ``reference``.
     - `node`: number; ``""`` for all others of the role.
+    - `direction`: ``+x`` … ``-z`` or ``scalar``, with a node; ``""`` for all others of it. The sign
+      does not count.
     - `quantity`: such as ``acceleration``, ``pressure`` or ``force``.
     - `unit`: of the values in the file, such as ``g`` or ``N``.
     """
 
-    unique = ("{0.role} '{0.node}'",)
+    unique = ("{0.role} '{0.node}' {0.along}",)
     role: str
     node: Annotated[str, MayBeEmpty]
     quantity: str
     unit: str
+    direction: Annotated[str, Optional("")] = ""
+
+    @property
+    def along(self) -> str:
+        """Direction without its sign."""
+        return self.direction.lstrip("+-")
 
     def _check(self) -> None:
         if self.role not in (_RESPONSE, _REFERENCE):
             raise InputError(f"role '{self.role}': use {_RESPONSE} or {_REFERENCE}")
         if self.node and not number_in(self.node) >= 1:
             raise InputError(f"node '{self.node}' is no whole number from 1")
+        if self.direction and (not self.node or self.direction not in DIRECTIONS.values()):
+            raise InputError(
+                f"direction '{self.direction}': state it beside a node, as one of "
+                f"{', '.join(dict.fromkeys(DIRECTIONS.values()))}"
+            )
         if self.quantity not in _SI:
             raise InputError(f"unknown quantity '{self.quantity}', use {', '.join(_SI)}")
         si = _SI[self.quantity]
@@ -108,12 +122,12 @@ def read_sdynpy(path: Path) -> tuple[UffFunction, ...]:
             f"{path} states no units: write {table.name} beside it with the columns role, node, "
             "quantity, unit, such as 'response,,acceleration,m/s^2' and 'reference,,force,N'"
         )
-    rows = {(row.role, row.node): row for row in read_table(table, SignalRow)}
+    rows = {(row.role, row.node, row.along): row for row in read_table(table, SignalRow)}
     with numbers_that_fit(path):
         return for_each(lambda record: _function(path, code, rows, record), np.ravel(data))
 
 
-_Rows = dict[tuple[str, str], SignalRow]
+_Rows = dict[tuple[str, str, str], SignalRow]
 
 
 def _function(path: Path, code: int, rows: _Rows, record: npt.NDArray[Any]) -> UffFunction:
@@ -131,10 +145,10 @@ def _function(path: Path, code: int, rows: _Rows, record: npt.NDArray[Any]) -> U
                 "of -6 to 6"
             )
     directions = [DIRECTIONS[int(place["direction"])] for place in places]
-    above, unit = _signal(path, rows, _RESPONSE, nodes[0])
+    above, unit = _signal(path, rows, _RESPONSE, nodes[0], directions[0])
     values, below, per, label = record["ordinate"] * unit.factor, "none", "", unit.label
     if len(nodes) > 1:
-        below, reference = _signal(path, rows, _REFERENCE, nodes[1])
+        below, reference = _signal(path, rows, _REFERENCE, nodes[1], directions[1])
         values, per = values / reference.factor, reference.si
         label = f"{unit.label}/{reference.label}"
     with naming(path):
@@ -155,11 +169,12 @@ def _function(path: Path, code: int, rows: _Rows, record: npt.NDArray[Any]) -> U
         )
 
 
-def _signal(path: Path, rows: _Rows, role: str, node: int) -> tuple[str, Unit]:
-    row = rows.get((role, str(node)), rows.get((role, "")))
+def _signal(path: Path, rows: _Rows, role: str, node: int, direction: str) -> tuple[str, Unit]:
+    keys = ((str(node), direction.lstrip("+-")), (str(node), ""), ("", ""))
+    row = next((rows[role, *key] for key in keys if (role, *key) in rows), None)
     if row is None:
         raise InputError(
-            f"{path}: {role} node {node} has no row in {path.with_suffix('.csv').name}: add one, "
-            f"or one without a node for all {role}s"
+            f"{path}: {role} node {node} {direction} has no row in "
+            f"{path.with_suffix('.csv').name}: add one, or one without a node for all {role}s"
         )
     return row.quantity, parse_unit(row.unit, _SI[row.quantity])

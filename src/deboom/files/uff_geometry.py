@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from deboom.arrays import IntArray, RealArray
 from deboom.errors import InputError
@@ -91,7 +92,7 @@ def read_uff_geometry(path: Path | str, length: str | None = None) -> UffGeometr
 def _geometry(path: Path, sets: Sequence[Mapping[str, Any]], factor: float) -> UffGeometry:
     blocks = [each for each in sets if each["type"] in NODES]
     systems = _systems(path, sets)
-    nodes = np.concatenate([np.asarray(block["node_nums"], dtype=int) for block in blocks])
+    nodes = np.concatenate([_whole(path, block["node_nums"]) for block in blocks])
     numbers, counts = np.unique(nodes, return_counts=True)
     if np.any(counts > 1):
         raise InputError(f"{path}: node {numbers[counts > 1][0]} comes twice: keep one")
@@ -247,6 +248,15 @@ def _missing_systems(
             )
 
 
+def _whole(path: Path, numbers: npt.ArrayLike) -> IntArray:
+    """Return numbers of nodes, which the reader may take for decimals."""
+    values = np.asarray(numbers, dtype=float)
+    wrong = values[~(np.abs(values) < 2**31) | (values != np.rint(values))]
+    if wrong.size:
+        raise InputError(f"{path}: node {wrong[0]:g} is no whole number: export it again")
+    return values.astype(int)
+
+
 def _traces(
     path: Path, nodes: IntArray, sets: Sequence[Mapping[str, Any]]
 ) -> tuple[tuple[int, ...], ...]:
@@ -254,7 +264,7 @@ def _traces(
     lines: list[tuple[int, ...]] = []
     for each in sets:
         line: list[int] = []
-        for node in (*map(int, each["nodes"]), 0):
+        for node in (*_whole(path, each["nodes"]).tolist(), 0):
             if node == 0:  # the pen goes up
                 lines += [tuple(line)] if len(line) > 1 else []
                 line = []

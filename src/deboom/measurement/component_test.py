@@ -125,21 +125,20 @@ def motions_at_points(measured: Frf, points: Sequence[InterfacePoint]) -> Frf:
     return replace(measured, values=np.concatenate(blocks, axis=1), outputs=motions, unit=sides)
 
 
-@checked(acceleration_deviation="f c >0", sound_deviation="f e >0")
+@checked(acceleration_deviation="f c >0")
 class SourceRun:
     """Spectra of one state of operation, all with one phase reference.
 
     - `acceleration`, `sound`: at all accelerometers [m/s²] and ears [Pa], complex peak.
     - `order`: engine order of the lines, per revolution; 0 for a spectrum [1].
-    - `acceleration_deviation`, `sound_deviation` (n_frequency, n_channel): root mean square modulus
-      of the noise, as `acceleration` and `sound`.
+    - `acceleration_deviation` (n_frequency, n_channel): root mean square modulus of the noise of
+      `acceleration` [m/s²].
     """
 
     name: str
     acceleration: Spectrum
     sound: Spectrum
     acceleration_deviation: RealArray
-    sound_deviation: RealArray
     order: float = 0.0
 
 
@@ -300,6 +299,10 @@ def refuse_wrong_sheets(
             refuse_sheet_faults(used, response, excitation, tolerances, where, point.sensors)
 
 
+MOST_ANISOTROPY = 1e9
+"""Largest over smallest stiffness of a mount in its directions [1]; beyond it is free in some."""
+
+
 @dataclass(frozen=True, eq=False)
 class MountJoint:
     """What joins source and receiver at one point.
@@ -307,9 +310,20 @@ class MountJoint:
     - `stiffness` (n_frequency or 1, n, n), optional: dynamic stiffness of a massless mount, n = 3
       along x, y and z, or 6 with rotations [N/m, N/rad, N m/rad]; None is rigid. Directions that
       it has not are not joined.
+    - raises InputError: a stiffness that leaves a direction free, at some line.
     """
 
     stiffness: ComplexArray | None = None
+
+    def __post_init__(self) -> None:
+        if self.stiffness is None:
+            return
+        free = np.flatnonzero(~(np.linalg.cond(self.stiffness) < MOST_ANISOTROPY))
+        if free.size:
+            raise InputError(
+                f"the stiffness of line {free[0] + 1} leaves a direction free, so that it has no "
+                "compliance: measure all axes, or state fewer directions"
+            )
 
 
 @checked()

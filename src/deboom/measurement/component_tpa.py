@@ -390,7 +390,13 @@ def _repeated(
     n_indicator, n_load = matrix.shape[1:]
     # of what noise does to the rows, the part along the matrix's own columns does not shrink
     of_noise = _summed_noise(test.points, of_functions) * (1.0 - n_load / n_indicator)
-    shrunk = np.linalg.solve(normal, of_noise @ force[:, :, np.newaxis])[:, :, 0]
+    try:
+        shrunk = np.linalg.solve(normal, of_noise @ force[:, :, np.newaxis])[:, :, 0]
+    except np.linalg.LinAlgError:
+        raise InputError(
+            f"{test.name}: the functions of the points are the same along two directions, so that "
+            "no interval can be given: place the sensors of a point farther apart"
+        ) from None
     scale = 1.0 / np.sqrt(np.einsum("fpp->fp", normal).real)
     scaled = [values * scale[:, :, None] * scale[:, None, :] for values in (normal, of_noise)]
     directions = np.linalg.eigh(scaled[0])

@@ -89,7 +89,8 @@ class OperatingMap:
             return self.wheel_torque
         if not np.all(np.isfinite(self.static_force)):
             raise InputError(
-                f"the static force of {self.name} was not measured in all runs: add its channel"
+                f"the static force of {self.name} was not measured in all runs: add its channel, "
+                "or take the axis out of transfer_axes of the mount"
             )
         return self.static_force
 

@@ -292,6 +292,8 @@ def compared_report(studies: Sequence[Comparison]) -> Report:
         return comparison_report(studies[0])
     report = Report("Fronts compared", QUESTION)
     report.tile(overall(studies), "verdict over all judges")
+    first, *others = sentences(studies)
+    report.answer(first, *others)
     report.section("The verdict", "\n\n".join(sentences(studies)))
     report.summary |= {"verdict": overall(studies), "n_judges": len(studies)}
     for number, study in enumerate(studies, start=1):
@@ -313,7 +315,7 @@ def comparison_report(study: Comparison) -> Report:
     """Report fronts compared under one judge."""
     (first, second), judged_pair = next(iter(study.pairs.items()))
     verdicts = [pair.verdict for pair in study.pairs.values()]
-    gap = study.gap(first, second) * study.per_line
+    gap, beside = study.gap(first, second) * study.per_line, ""
     report = Report("Fronts compared", QUESTION)
     report.explain(
         "Pareto front",
@@ -341,6 +343,12 @@ def comparison_report(study: Comparison) -> Report:
         if np.isfinite(gap):
             level = f"{signed(gap, 3)} {unit_word(study)}".strip()
             report.tile(level, "level at equal σ, first minus second")
+            beside = f"At equal σ the mean level of {first} lies {level} from that of {second}."
+    report.answer(
+        " ".join(sentences([study])),
+        beside,
+        f"Every front was computed again with {study.n_samples} common draws.",
+    )
     report.summary |= {
         "n_runs": len(study.fronts),
         "n_configurations": len(study.groups),

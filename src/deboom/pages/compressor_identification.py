@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
-from deboom.choices import CalibrationLevel, CompressorCase
+from deboom.choices import CalibrationLevel, CompressorCase, FolderKind
 from deboom.compressor.identifiability import ALONE, PRIOR_DOMINATED, REFERENCE_FREQUENCY
 from deboom.compressor.identification import Identification, IdentifyOptions
 from deboom.compressor.identify import identify
@@ -27,6 +27,7 @@ from deboom.compressor.mount_shares import MountShares, mount_shares
 from deboom.compressor.parameters import MinimalParameters, ThesisParameters
 from deboom.compressor.thesis_fit import ThesisFit, fit_thesis_parameters
 from deboom.errors import InputError
+from deboom.files.folders import refuse_other_kind
 from deboom.files.inertance_test import read_inertance_test
 from deboom.files.run_folder import hash_files
 from deboom.measurement.compressor_test import CompressorMount, InertanceTest
@@ -196,6 +197,7 @@ def read_test(
             f"{folder}: there is no such folder; `deboom bench compressor {folder}` writes a "
             "virtual test"
         )
+    refuse_other_kind(folder, FolderKind.compressor)
     test = read_inertance_test(folder, from_hits=from_hits)
     return test, read_compressor_truth(folder) if truth else None
 

@@ -11,6 +11,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from deboom.bench.truth import UnbalanceTruth, read_unbalance_truth
+from deboom.choices import FolderKind
 from deboom.compressor.acceptance import ComponentLimits, ComponentVerdict, component_verdicts
 from deboom.compressor.hose_presence import HoseReaction, hose_reactions
 from deboom.compressor.identification import Identification, IdentifyOptions
@@ -23,6 +24,7 @@ from deboom.compressor.unbalance import (
 )
 from deboom.errors import InputError
 from deboom.files.compressor_model import read_fitted_bands
+from deboom.files.folders import refuse_other_kind
 from deboom.files.operating_test import read_operating_test
 from deboom.files.run_folder import hash_files
 from deboom.measurement.compressor_test import HoseState, OperatingTest
@@ -124,6 +126,7 @@ def measured_unbalance(
                 f"{folder}: there is no such folder; `deboom bench operation {folder}` writes a "
                 "virtual test"
             )
+        refuse_other_kind(folder, FolderKind.operation)
         test = read_operating_test(folder)
         truth = read_unbalance_truth(folder) if plan.truth else None
         hashes = hash_files(test.hammer.input_files, folder)

@@ -163,8 +163,8 @@ def certainty_sentence(parts: ChangeParts) -> str:
     ]
     beside = f"; {', '.join(other)}" if other else ""
     return (
-        f"How sure: {signed(change, 1)} dB; {', '.join(pieces)}{beside}. In these vehicles "
-        f"{signed(float(mean.low[0]), 1)} to {signed(float(mean.high[0]), 1)} dB "
+        f"How sure: {signed(change, 1)} dB; {', '.join(pieces)}{beside}. Expected in these "
+        f"vehicles: {signed(float(mean.low[0]), 1)} to {signed(float(mean.high[0]), 1)} dB "
         f"({PERCENT * mean.share:.0f} %)."
     )
 

@@ -16,9 +16,10 @@ from deboom.compressor.identifiability import (
     PRIOR_DOMINATED,
     REFERENCE_FREQUENCY,
     gain_deviation,
+    propagated,
     quantities,
 )
-from deboom.compressor.identification import ALARM
+from deboom.compressor.identification import ALARM, Identification
 from deboom.compressor.identify import frac, modal_likeness
 from deboom.compressor.model import gain_from_parameters
 from deboom.compressor.mount_shares import MountShares
@@ -36,7 +37,7 @@ from deboom.pages.compressor_identification import (
     in_words,
     placement_table,
 )
-from deboom.report import Report
+from deboom.report import Report, Step
 
 if TYPE_CHECKING:
     from deboom.plot import Figure
@@ -47,6 +48,8 @@ MASS_UNITS = ("kg", "kg m", "kg m²")
 SHEET, MODEL = "measured, places of the sheet", "identified"
 CALIBRATED = "measured, calibrated places"
 OF_MASS = "force in rows, acceleration in columns"
+Measures = dict[str, tuple[Mapping[str, ComplexArray], tuple[str, str, str]]]
+"""Quantity to what shows it, shape (n, 6, 6), by how it was come by; and its three units."""
 WIDE_BAND = 1.96
 """Standard deviations of a 95 % interval."""
 SHOWN_ROWS = 12
@@ -83,6 +86,24 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
     report.tile(f"{chi:.2f}", f"residuals over noise; alarm above {ALARM:g}")
     place = ", ".join(f"{1e3 * value:.1f}".replace("-", "−") for value in model.centre)
     report.tile(f"{place} mm", "centre of gravity, axes of the position sheet")
+    deviation = float(
+        np.sqrt(propagated(identification.calibrated, lambda other: np.array([other.mass]))[0, 0])
+    )
+    report.answer(
+        f"{model.mass:.3f} ± {WIDE_BAND * deviation:.2g} kg, centre of gravity at {place} mm; "
+        + (
+            f"{len(identification.alarms)} alarms: do not rely on it."
+            if identification.alarms
+            else "a rigid body on mounts explains the test."
+        ),
+        f"How sure: ± holds 95 %; residuals are {chi:.2f} times the noise, alarm above {ALARM:g}. "
+        "Intervals of all numbers stand below. Axes of the position sheet.",
+    )
+    report.panel(
+        "What to do next",
+        Step("deboom unbalance TEST", "the unbalance of the running compressor"),
+        Step("deboom run compressor_robust_front --cars CAR", "the mounts that make cars quiet"),
+    )
     report.warn(*identification.alarms)
     report.assume(*identification.test.assumed)
     if identification.test.weighed_mass is None:
@@ -339,7 +360,6 @@ def _likeness(test: IdentifiedTest) -> Figure:
 def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
     """Draw figures 56 to 59, 66 and 67 of the thesis, and write what they show."""
     identification, lines = test.identification, test.identification.inertance.frequency
-    model = identification.calibrated.model
     report.section(
         "Apparent mass, entry by entry",
         "The apparent mass is the inverse of the inertance: what accelerations of the running "
@@ -348,6 +368,43 @@ def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
         "fault of the inversion is misplacement. apparent_mass.csv has all entries.",
         folded=True,
     )
+    _condition(report, identification)
+    inertance = {
+        SHEET: identification.inertance.values,
+        CALIBRATED: calibrated_inertance(identification),
+        MODEL: identification.calibrated.model.inertance(lines),
+    }
+    mass: dict[str, ComplexArray] = {
+        name: np.asarray(np.linalg.inv(values)) for name, values in inertance.items()
+    }
+    both: Measures = {
+        "inertance": (inertance, INERTANCE_UNITS),
+        "apparent mass": (mass, MASS_UNITS),
+    }
+    _entries(report, identification, both)
+    _matrices(report, lines, both)
+    report.figure(
+        "apparent_mass_magnitude",
+        lambda: plot.curve_matrix(
+            MOTIONS,
+            lines,
+            {name: np.abs(values) for name, values in mass.items()},
+            units=MASS_UNITS,
+            what="|apparent mass|",
+            reading=OF_MASS,
+            dashed=(MODEL,),
+            fitted=identification.options.bands,
+            logarithmic=True,
+        ),
+        "Magnitude of the apparent mass, by the places of the sheet, by calibrated places and "
+        "identified.",
+    )
+    report.table("apparent_mass", apparent_mass_table(lines, mass))
+
+
+def _condition(report: Report, identification: Identification) -> None:
+    """Draw the condition number of the inertance in SI units and scaled (thesis, figure 56)."""
+    lines = identification.inertance.frequency
     shown = {
         "SI units": 1.0,
         f"rotations times {1e3 * identification.length:.0f} mm": identification.length,
@@ -368,22 +425,11 @@ def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
         "radius of gyration it is near 1 there, and large only at the modes, where one shape is "
         "all that moves.",
     )
-    inertance = {
-        SHEET: identification.inertance.values,
-        CALIBRATED: calibrated_inertance(identification),
-        MODEL: model.inertance(lines),
-    }
-    mass: dict[str, ComplexArray] = {
-        name: np.asarray(np.linalg.inv(values)) for name, values in inertance.items()
-    }
-    both: dict[str, tuple[Mapping[str, ComplexArray], tuple[str, str, str]]] = {
-        "inertance": (inertance, INERTANCE_UNITS),
-        "apparent mass": (mass, MASS_UNITS),
-    }
-    readings = {
-        "inertance": "response in rows, excitation in columns",
-        "apparent mass": OF_MASS,
-    }
+
+
+def _entries(report: Report, identification: Identification, both: Measures) -> None:
+    """Draw entries of inertance and apparent mass (thesis, figures 57 to 59)."""
+    lines = identification.inertance.frequency
     for stem, entries, what in (
         ("figure_57_rotations", ((3, 3), (4, 4), (5, 5)), "Rotations Ri–Ri (thesis, figure 57)"),
         ("figure_58_translations", ((0, 0), (1, 1), (2, 2)), "Translations Ti–Ti (figure 58)"),
@@ -402,6 +448,14 @@ def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
             ),
             f"{what}: inertance and apparent mass, real and imaginary part.",
         )
+
+
+def _matrices(report: Report, lines: RealArray, both: Measures) -> None:
+    """Draw all entries of inertance and apparent mass (thesis, figures 66 and 67)."""
+    readings = {
+        "inertance": "response in rows, excitation in columns",
+        "apparent mass": OF_MASS,
+    }
     for number, (name, (values, units)) in zip((66, 67), both.items(), strict=True):
         curves = {
             f"{part}, {label}": getattr(values[of], field)
@@ -423,23 +477,6 @@ def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
             f"All entries of the {name}, real and imaginary part, by calibrated places (thesis, "
             f"figure {number} of the appendix).",
         )
-    report.figure(
-        "apparent_mass_magnitude",
-        lambda: plot.curve_matrix(
-            MOTIONS,
-            lines,
-            {name: np.abs(values) for name, values in mass.items()},
-            units=MASS_UNITS,
-            what="|apparent mass|",
-            reading=OF_MASS,
-            dashed=(MODEL,),
-            fitted=identification.options.bands,
-            logarithmic=True,
-        ),
-        "Magnitude of the apparent mass, by the places of the sheet, by calibrated places and "
-        "identified.",
-    )
-    report.table("apparent_mass", apparent_mass_table(lines, mass))
 
 
 def _entry_panels(

@@ -130,17 +130,23 @@ def overlaid(page: InteractiveFront, other: InteractiveFront) -> InteractiveFron
 
 
 def with_evaluated(page: InteractiveFront, study: SupplierStudy) -> InteractiveFront:
-    """Add the designs that the search evaluated, which have values and no curves."""
+    """Add the designs that the search evaluated, which have values and no curves.
+
+    Designs that could not be computed have no values; a fact of the page counts them.
+    """
     if not {EVALUATED, EVALUATED + PACKED} & set(study.run.entry.record["files_sha256"]):
         return page
-    table = read_frame(study.run.entry.folder / EVALUATED).dropna()
+    every = read_frame(study.run.entry.folder / EVALUATED)
+    table = every.dropna()
     columns = {"mean level": "mean level in search [dB(A)]", "σ": "sigma in search [dB]"}
     columns |= {f"{name} level": f"{name} in search [dB(A)]" for name in study.vehicles}
     columns |= {name: f"{name} [1]" for name in study.space.names}
     free, ones = study.without_effect, np.ones(len(table))
     more = {name: ones if name in free else _array(table[at]) for name, at in columns.items()}
     axes = [replace(a, values=np.concatenate([a.values, more[a.name]])) for a in page.axes]
-    return replace(page, axes=tuple(axes))
+    failed = len(every) - len(table)
+    counted = f"{failed} of {len(every)} evaluated designs could not be computed and are left out."
+    return replace(page, axes=tuple(axes), facts=(*page.facts, *([counted] if failed else [])))
 
 
 def interactive_doe(

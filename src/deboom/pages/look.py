@@ -18,6 +18,7 @@ from deboom.files.check import check_folder
 from deboom.files.component_test import read_component_test
 from deboom.files.electric_car import read_electric_car
 from deboom.files.folders import FILES, kind_of_folder
+from deboom.files.function_table import with_their_tables
 from deboom.files.hammer_test import read_hammer_test
 from deboom.files.inertance_test import read_inertance_test
 from deboom.files.operating_test import read_operating_test
@@ -156,7 +157,8 @@ def _campaign(report: Report, folder: Path) -> Sequence[Path]:
         },
         "centre of gravity at 0",
     )
-    return campaign.input_files
+    recorded = with_their_tables(folder / entry.file for entry in file.time_runs)
+    return (*campaign.input_files, *recorded)
 
 
 def _vehicle(report: Report, folder: Path) -> Sequence[Path]:

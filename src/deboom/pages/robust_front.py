@@ -158,7 +158,8 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         "Each vehicle",
         Table(table, "", VEHICLE_DECIMALS),
         f"Mean level at the driver's ear. Cars: {view.fleet.n_cars} of each vehicle, parts as "
-        f"made; target: {whose}; P95: 95 % of the cars stay below.",
+        f"made; target: {whose}; P95: 95 % of the cars stay below; worst peak: change of the "
+        "booming peak that gains least.",
         wide=True,
     )
     report.panel(

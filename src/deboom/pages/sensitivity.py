@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property, partial
@@ -27,6 +27,7 @@ from deboom.explore.sensitivity import (
 )
 from deboom.explore.space import stiffness_factor_space
 from deboom.mounts.mount import Mount
+from deboom.pages.front import PANELS
 from deboom.pages.front_answer import abbreviations, spelled_out
 from deboom.pages.motion import factor_name, motion_name, motion_report
 from deboom.plot import HeatMap, IntervalPanel, LineMap, heat_maps, interval_panels, line_maps
@@ -52,6 +53,8 @@ def line_levels(index: BoomingModel, designs: RealArray) -> RealArray:
 
 LINE_POINTS = 1024
 """Base points behind the indices of single lines, at most."""
+CELLS = 10 * PANELS
+"""Vehicles beyond those with panels that are cells of a matrix; the tables have them all."""
 TENTH = 0.1
 """Change of a stiffness that a slope is stated for [1]."""
 PART = 2048  # designs evaluated at a time
@@ -494,9 +497,11 @@ def sensitivity_report(study: Sensitivity) -> Report:
         "with others. An index that is not above its own interval reads zero.",
         leads=True,
     )
-    report.figure(
+    index_figures(
+        report,
+        study,
         "sobol",
-        lambda: interval_panels(study.variables, _panels(study.indices), columns=3),
+        study.indices,
         f"Sensitivity indices of every vehicle, {study.label}.",
     )
     _mattering(
@@ -511,10 +516,8 @@ def sensitivity_report(study: Sensitivity) -> Report:
             "Mount by mount",
             "All stiffnesses of a mount vary as one: how much hangs on each part.",
         )
-        report.figure(
-            "sobol_mounts",
-            lambda: interval_panels(by_mount.factors, _panels(by_mount), columns=3),
-            "Sensitivity indices of whole mounts.",
+        index_figures(
+            report, study, "sobol_mounts", by_mount, "Sensitivity indices of whole mounts."
         )
         report.table("sobol_mounts", index_table(by_mount, "mount"))
     _pairs(report, study)
@@ -530,7 +533,7 @@ def sensitivity_report(study: Sensitivity) -> Report:
         lambda: _line_map(study),
         f"Total index of the level of each line, {study.lines.n_base} base points, largest half "
         f"interval {study.lines.total_interval.max():.2f}; ▼ today's booming peaks in the first "
-        "load case.",
+        f"load case.{_left_out(study, 'sobol_lines')}",
     )
     report.table("sobol_lines", line_table(study))
     report.section(
@@ -571,14 +574,15 @@ def _pairs(report: Report, study: Sensitivity) -> None:
     names = tuple(study.variables[row] for row in shown)
     second = np.where(pairs.second <= pairs.second_interval, 0.0, pairs.second)
     maps = []
-    for place, vehicle in enumerate(study.vehicles):
+    for place in loudest(study):
         matrix = second[np.ix_(shown, shown)][:, :, place]
         np.fill_diagonal(matrix, np.clip(pairs.first[shown, place], 0.0, 1.0))
-        maps.append(HeatMap(f"{vehicle} [1]", names, names, matrix))
+        maps.append(HeatMap(f"{study.vehicles[place]} [1]", names, names, matrix))
     report.figure(
         "sobol_pairs",
         lambda: heat_maps(maps, columns=min(3, len(maps))),
-        f"Second-order indices, {study.label}; stiffnesses that matter in some vehicle.",
+        f"Second-order indices, {study.label}; stiffnesses that matter in some vehicle."
+        f"{_left_out(study, 'sobol_pairs')}",
     )
     table = pair_table(pairs)
     strong = table[table["zero"] == ""].groupby("vehicle", sort=False).head(STRONGEST)
@@ -673,27 +677,70 @@ def _line_map(study: Sensitivity) -> Figure:
     peaks = [[peak.frequency for peak in booming_peaks(row, lines, order)] for row in level]
     label = "total index of the level of a line [1]"
     maps = [
-        LineMap(vehicle, total, label, peaks=of_vehicle)
-        for vehicle, total, of_vehicle in zip(
-            study.vehicles, study.total_of_lines, peaks, strict=True
-        )
+        LineMap(study.vehicles[row], study.total_of_lines[row], label, peaks=peaks[row])
+        for row in loudest(study)
     ]
     return line_maps(lines, order, study.variables, maps, columns=2)
 
 
-def _panels(indices: SobolIndices) -> list[IntervalPanel]:
+def loudest(study: Sensitivity) -> list[int]:
+    """Return the vehicles with a panel, in their order: those that the stiffnesses change most."""
+    change = np.abs(study.slope).max(axis=0)
+    return sorted(int(row) for row in np.argsort(-change, kind="stable")[:PANELS])
+
+
+def _left_out(study: Sensitivity, table: str) -> str:
+    """Say in what table the vehicles stand that have no panel; nothing where all have one."""
+    if len(study.vehicles) <= PANELS:
+        return ""
+    count = f"{PANELS} of {len(study.vehicles)}"
+    return f" The {count} vehicles that a stiffness changes most; {table}.csv has all."
+
+
+def index_figures(
+    report: Report, study: Sensitivity, name: str, indices: SobolIndices, caption: str
+) -> None:
+    """Show the indices as panels; of a wide fleet those changed least are cells of a matrix."""
+    drawn = loudest(study)
+    others = [row for row in range(len(study.vehicles)) if row not in drawn]
+    report.figure(
+        name,
+        lambda: interval_panels(indices.factors, _panels(indices, drawn), columns=3),
+        caption + _left_out(study, name),
+    )
+    if not others:
+        return
+    shown = others[:CELLS]
+    total = np.where(indices.zero, 0.0, indices.total)
+    maps = [
+        HeatMap(
+            "total index [1]" if begin == 0 else "",
+            indices.factors,
+            tuple(indices.outputs[row] for row in shown[begin : begin + PANELS]),
+            total[:, shown[begin : begin + PANELS]],
+        )
+        for begin in range(0, len(shown), PANELS)
+    ]
+    report.figure(
+        f"{name}_others",
+        lambda: heat_maps(maps, columns=1),
+        f"Total indices of {'the other ' if shown == others else ''}{len(shown)} vehicles.",
+    )
+
+
+def _panels(indices: SobolIndices, vehicles: Sequence[int]) -> list[IntervalPanel]:
     """Total indices with their intervals and those alone; what is not above its interval is 0."""
     panels = []
     total = np.where(indices.zero, 0.0, indices.total)
     half = np.where(indices.zero, 0.0, indices.total_interval)
     alone = np.where(indices.zero, 0.0, np.clip(indices.first, 0.0, indices.total))
-    for place, name in enumerate(indices.outputs):
+    for place in vehicles:
         values, first, reach = total[:, place], alone[:, place], half[:, place]
         groups = {
             "total, 95 % interval": (values, values - reach, values + reach),
             "alone (first order)": (first, first, first),
         }
-        panels.append(IntervalPanel("share of the variance [1]", groups, name))
+        panels.append(IntervalPanel("share of the variance [1]", groups, indices.outputs[place]))
     return panels
 
 

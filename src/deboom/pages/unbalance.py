@@ -23,7 +23,7 @@ from deboom.pages.compressor_identification import in_words
 from deboom.pages.compressor_unbalance import MODEL_FILE, MeasuredUnbalance
 from deboom.plot import CurvePanel
 from deboom.plot.style import signed
-from deboom.report import Report
+from deboom.report import Report, Step
 
 TRUTH = "truth"
 FORCES = ("in y", "in z", "along x, gas alone")
@@ -80,6 +80,23 @@ def unbalance_report(
             "stiffness / damping of the mounts, running over struck",
         )
     alarms = (*evaluation.identification.alarms, *evaluation.alarms)
+    decided = (
+        f"{overall(measured.verdicts).value.capitalize()}: static" if measured.limits else "Static"
+    )
+    report.answer(
+        f"{decided} unbalance {1e6 * abs(static.value):.2f} g mm "
+        f"({1e6 * static.lower:.2f} to {1e6 * static.upper:.2f}), dynamic unbalance "
+        f"{1e9 * abs(dynamic.value):.0f} g mm² ({1e9 * dynamic.lower:.0f} to "
+        f"{1e9 * dynamic.upper:.0f}).",
+        "How sure: in brackets the interval of 95 %; rotor, gas and mounts leave "
+        f"{sources.remaining_chi:.2f} times the noise, route {chosen.route.letter}; "
+        + (f"{len(alarms)} alarms." if alarms else "no alarm."),
+    )
+    report.panel(
+        "What to do next",
+        Step("deboom unbalance TEST --limits FILE", "hold it against limits"),
+        Step("deboom run compressor_robust_front --cars CAR", "the mounts that make cars quiet"),
+    )
     report.warn(*alarms, *evaluation.notices)
     report.assume(*measured.test.hammer.assumed)
     report.summary |= {

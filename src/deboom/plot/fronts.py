@@ -198,6 +198,9 @@ def fronts(
 _LINES = 300
 """From twice this number of designs on, lines are thinned to about this number, evenly."""
 
+_LEVEL = 5
+"""Names that have room beside each other below an axis, and marks in one row of a legend."""
+
 
 def parallel_coordinates(
     names: Sequence[str],
@@ -207,6 +210,7 @@ def parallel_coordinates(
     marks: Mapping[str, npt.ArrayLike],
     *,
     value_label: str,
+    share_label: str = "from lower to upper bound [%]",
     ax: Axes | None = None,
 ) -> Axes:
     """Draw every design as a line over its variables, coloured by a response.
@@ -215,6 +219,7 @@ def parallel_coordinates(
     - `designs` (n, k), `bounds` (2, k): lower, then upper ones [units of the variables].
     - `value` (n,): of each design [unit of the label].
     - `marks` (k,): single designs by name, drawn above all others.
+    - `share_label`: what the height of a line means, with unit.
     - raises InputError: shapes that disagree, values that are not finite.
     """
     from matplotlib import colormaps
@@ -244,8 +249,12 @@ def parallel_coordinates(
                 markersize=5,
                 label=name,
             )
-        axes.set_xticks(places, names, rotation=35, ha="right", rotation_mode="anchor")
-        axes.set_ylabel("from lower to upper bound [%]")
+        if len(names) > _LEVEL:
+            axes.set_xticks(places, names, rotation=35, ha="right", rotation_mode="anchor")
+        else:
+            axes.set_xticks(places, names)
+        axes.set_ylabel(share_label)
         figure_of(axes).colorbar(colour, ax=axes, label=value_label, pad=0.02)
-        place_legend(axes, ax, loc="outside upper left", ncols=len(marks))
+        columns = len(marks) if len(marks) <= _LEVEL else 3
+        place_legend(axes, ax, loc="outside upper left", ncols=columns)
         return axes

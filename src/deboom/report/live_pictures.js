@@ -10,7 +10,12 @@ const view = { left: 28, right: 6, top: 17, bottom: 17, width: 340, height: 172,
 const speeds = () => cases[session.shown].speed;
 const xOf = (rpm) => view.left + ((rpm - speeds()[0]) / (speeds()[F - 1] - speeds()[0])) * (view.width - view.left - view.right);
 const yOf = (level) => view.top + ((view.high - level) / (view.high - view.low)) * (view.height - view.top - view.bottom);
-const points = (spl, v) => Array.from({ length: F }, (_, f) => `${xOf(speeds()[f]).toFixed(1)},${Math.min(yOf(spl[v * F + f]), 999).toFixed(1)}`);
+let placed = []; // of each line from the left, as it stands in a path; the same until panels are built anew
+function points(spl, v) {
+  const words = new Array(F), perDecibel = (view.height - view.top - view.bottom) / (view.high - view.low);
+  for (let f = 0; f < F; f++) words[f] = placed[f] + Math.min(999, Math.round(10 * (view.top + (view.high - spl[v * F + f]) * perDecibel)) / 10);
+  return words;
+}
 const curveOf = (spl, v) => "M" + points(spl, v).join("L");
 
 function speedGrid(svg, base) {
@@ -33,6 +38,7 @@ function buildCurves() {
     const { colour, name } = vehicles[v];
     const box = node(place, "div", { class: "panel" });
     view.width = Math.max(150, box.clientWidth);
+    placed = Array.from(speeds(), (rpm) => `${xOf(rpm).toFixed(1)},`);
     const svg = element(box, "svg", { viewBox: `0 0 ${view.width} ${view.height}`, height: view.height, role: "img", tabindex: 0 });
     const right = view.width - view.right, base = view.height - view.bottom;
     for (let level = view.low; level <= view.high; level += 10) {
@@ -101,10 +107,17 @@ function readAt(line) {
   change.read.textContent = line === null ? "" : `${speedOf(line)}: ${signed(now.spl[at] - today.spl[at], 1)}`;
 }
 
+// what the worker has answered; curves and peaks stand already
+function drawBands() {
+  for (const { v, area } of panels) {
+    area.setAttribute("d", "M" + points(session.band.upper, v).concat(points(session.band.lower, v).reverse()).join("L") + "Z");
+  }
+  if (session.line !== null) readAt(session.line);
+}
+
 function drawCurves() {
-  for (const { v, svg, area, curve, peaks } of panels) {
+  for (const { v, svg, curve, peaks } of panels) {
     curve.setAttribute("d", curveOf(now.spl, v));
-    if (session.band) area.setAttribute("d", "M" + points(session.band.upper, v).concat(points(session.band.lower, v).reverse()).join("L") + "Z");
     peaks.replaceChildren();
     const loudest = now.peaks[v].reduce((best, peak) => (best && best.level >= peak.level ? best : peak), null);
     for (const peak of now.peaks[v]) {

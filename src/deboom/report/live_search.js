@@ -10,8 +10,8 @@ const SEARCH_DRAWS = 32; // draws behind σ on the way; all of them judge where 
 const MOST_STEPS = 100, ROUNDS = 4, MARGIN = 0.002; // of each limit [dB]
 
 // wish: x, weights (of load cases), vehicleWeights, coupled, objective ("mean" or "sigma"), groups
-// of factors, lower and upper of each factor, and limits: mean [v], peak [v] (Infinity: none),
-// atLeast and atMost of each number of the price (∓Infinity: none)
+// of factors, lower and upper of each factor, and limits: mean [v], peak [v] (Infinity: none), of
+// vehicles that are held [v], atLeast and atMost of each number of the price (∓Infinity: none)
 function improved(model, price, data, wish) {
   const F = data.nLines, { weights, coupled, limits } = wish, ofSigma = wish.objective === "sigma";
   const total = wish.vehicleWeights.reduce((a, b) => a + b, 0);
@@ -23,19 +23,22 @@ function improved(model, price, data, wish) {
     const { mean, sigma } = model.band(x, counted, weights, coupled);
     return { mean: mean.map((sum) => sum / F), sigma: sigma.map((sum) => sum / F) };
   };
-  const worst = (x, { mean }) => beyondLimits(mean, limits.mean, x).reduce((most, over) => Math.max(most, over), -Infinity);
+  const missed = (x, { mean }) => beyondLimits(mean, limits.mean, x).reduce((most, next) => (next.over > most.over ? next : most), { over: -Infinity });
   const value = (moments) => summed(ofSigma ? moments.sigma : moments.mean);
 
-  // how far a design is beyond every limit, negative where room is left [dB, mm, Hz]
+  // how far a design is beyond every limit, negative where room is left [dB, mm, Hz], and of what;
+  // limits of a vehicle hold, of mean and peak alike, where the vehicle is held
+  const held = (bounds, v) => limits.held[v] && Number.isFinite(bounds[v]);
   function beyondLimits(mean, meanLimits, x) {
-    const beyond = [...meanLimits].map((limit, v) => (share[v] && Number.isFinite(limit) ? mean[v] - limit : -Infinity));
-    if (limits.peak.some(Number.isFinite)) {
-      model.loudest(x, weights, coupled).forEach(({ level }, v) => beyond.push(level - limits.peak[v]));
+    const beyond = [];
+    meanLimits.forEach((limit, v) => held(meanLimits, v) && beyond.push({ over: mean[v] - limit, of: "mean", at: v }));
+    if (limits.peak.some((_, v) => held(limits.peak, v))) {
+      model.loudest(x, weights, coupled).forEach(({ level }, v) => held(limits.peak, v) && beyond.push({ over: level - limits.peak[v], of: "peak", at: v }));
     }
     if (price && [...limits.atLeast, ...limits.atMost].some(Number.isFinite)) {
       price(x).forEach((number, i) => {
-        if (Number.isFinite(limits.atLeast[i])) beyond.push(orBeyond(limits.atLeast[i] - number));
-        if (Number.isFinite(limits.atMost[i])) beyond.push(orBeyond(number - limits.atMost[i]));
+        if (Number.isFinite(limits.atLeast[i])) beyond.push({ over: orBeyond(limits.atLeast[i] - number), of: "price", at: i });
+        if (Number.isFinite(limits.atMost[i])) beyond.push({ over: orBeyond(number - limits.atMost[i]), of: "price", at: i });
       });
     }
     return beyond;
@@ -56,13 +59,12 @@ function improved(model, price, data, wish) {
       : (({ mean, by }) => ({ mean, meanBy: by }))(model.gradient(x, weights, coupled, noise));
     const slope = new Float64Array(wish.groups.length), rows = [];
     share.forEach((part, v) => {
-      if (!part) return;
-      grouped(ofSigma ? sigmaBy : meanBy, v * K).forEach((by, i) => (slope[i] += part * by));
-      if (Number.isFinite(meanLimits[v])) rows.push({ by: grouped(meanBy, v * K), room: meanLimits[v] - mean[v] });
+      if (part) grouped(ofSigma ? sigmaBy : meanBy, v * K).forEach((by, i) => (slope[i] += part * by));
+      if (held(meanLimits, v)) rows.push({ by: grouped(meanBy, v * K), room: meanLimits[v] - mean[v] });
     });
-    if (limits.peak.some(Number.isFinite)) {
+    if (limits.peak.some((_, v) => held(limits.peak, v))) {
       model.loudest(x, weights, coupled, true).forEach(({ level, by }, v) => {
-        if (Number.isFinite(limits.peak[v])) rows.push({ by: grouped(by), room: limits.peak[v] - level });
+        if (held(limits.peak, v)) rows.push({ by: grouped(by), room: limits.peak[v] - level });
       });
     }
     if (price && [...limits.atLeast, ...limits.atMost].some(Number.isFinite)) rows.push(...priceRows(x));
@@ -91,7 +93,7 @@ function improved(model, price, data, wish) {
       for (let t = 0; t < draws; t++) level.set(model.splv(model.made(x, t), weights, coupled).map((sum) => sum / F), t * data.nVehicles);
       moments = momentsOf(level, data.nVehicles);
     } else moments = { mean: model.smoothed(x, weights, coupled, noise) };
-    const beyond = beyondLimits(moments.mean, meanLimits, x).reduce((sum, over) => sum + Math.max(0, over), 0);
+    const beyond = beyondLimits(moments.mean, meanLimits, x).reduce((sum, { over }) => sum + Math.max(0, over), 0);
     return { value: value(moments) + PENALTY * beyond, mean: moments.mean };
   }
 
@@ -114,7 +116,7 @@ function improved(model, price, data, wish) {
   const trail = [], started = performance.now();
   let x = Float64Array.from(wish.x), moments = judged(x), steps = 0;
   const first = moments;
-  let best = { x, moments, over: worst(x, moments), at: 0 };
+  let best = { x, moments, missed: missed(x, moments), at: 0 };
   for (let round = 0; round < ROUNDS; round++) {
     const { mean } = merit(x, limits.mean);
     const meanLimits = Float64Array.from(limits.mean, (limit, v) => limit - (moments.mean[v] - mean[v]) - MARGIN);
@@ -126,12 +128,12 @@ function improved(model, price, data, wish) {
     }
     x = state.x;
     moments = judged(x);
-    const over = worst(x, moments);
-    const better = over <= 0 ? best.over > 0 || value(moments) < value(best.moments) - 1e-4 : over < best.over - 1e-4;
-    if (better) best = { x, moments, over, at: trail.length };
+    const next = missed(x, moments), { over } = next;
+    const better = over <= 0 ? best.missed.over > 0 || value(moments) < value(best.moments) - 1e-4 : over < best.missed.over - 1e-4;
+    if (better) best = { x, moments, missed: next, at: trail.length };
     else if (round > 0) break;
   }
-  return { trail: trail.slice(0, best.at), steps, ms: performance.now() - started, gain: value(first) - value(best.moments), beyond: best.over };
+  return { trail: trail.slice(0, best.at), steps, ms: performance.now() - started, gain: value(first) - value(best.moments), beyond: best.missed.over, missed: best.missed };
 }
 
 const orBeyond = (over) => (Number.isNaN(over) ? 1 : over); // a curve that was not measured that far

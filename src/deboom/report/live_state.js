@@ -125,6 +125,8 @@ function moveTo(design) {
 // ---- the state in words: in the address behind the #, and as a file that deboom takes back
 
 const exact = (values) => Array.from(values, (value) => Number(value.toFixed(6)));
+const everyFactor = Array.from(data.lower, (_, k) => k);
+const factorName = (k) => (k < N ? names[k] : `loss factor of ${names[k % N]}`);
 const chosenOnly = (values, labels, absent) => Object.fromEntries(labels.map((label, i) => [label, values[i]]).filter(([, value]) => !absent(value)));
 
 function stated() {
@@ -141,6 +143,7 @@ function stated() {
     pinned: session.pinned.map(({ name, design }) => ({ name, design: exact(design) })),
     limits: { mean: chosenOnly(limits.mean, vehicleNames, Number.isNaN), peak: chosenOnly(limits.peak, vehicleNames, (value) => value === Infinity), mounts },
     weights: { load_cases: Object.fromEntries(cases.map((loadCase, c) => [loadCase.name, session.caseWeights[c]])), vehicles: Object.fromEntries(vehicleNames.map((name, v) => [name, session.vehicleWeights[v]])) },
+    ranges: Object.fromEntries(everyFactor.filter((k) => session.lower[k] > data.lower[k] || session.upper[k] < data.upper[k]).map((k) => [factorName(k), [session.lower[k], session.upper[k]]])),
     same_part: session.sameAs,
   };
 }
@@ -166,6 +169,11 @@ function take(state) {
     const ends = (limits.mounts || {})[name] || {};
     session.limits.atLeast[i] = Number.isFinite(ends.at_least) ? ends.at_least : -Infinity;
     session.limits.atMost[i] = Number.isFinite(ends.at_most) ? ends.at_most : Infinity;
+  });
+  everyFactor.forEach((k) => {
+    const [low, high] = ((state.ranges || {})[factorName(k)] || []).map(Number);
+    session.lower[k] = low > data.lower[k] && low <= data.upper[k] ? low : data.lower[k];
+    session.upper[k] = high < data.upper[k] && high >= session.lower[k] ? high : data.upper[k];
   });
   const caseWeights = Float64Array.from(cases, (loadCase) => loadCase.weight);
   numbers(caseWeights, weights.load_cases, cases.map((loadCase) => loadCase.name));
@@ -213,7 +221,7 @@ const worker = startWorker((reply) => {
     return count;
   });
   session.band = reply;
-  drawCurves();
+  drawBands();
   drawCards();
 });
 
@@ -233,18 +241,27 @@ function startWorker(then) {
 
 const question = (wish) => ({ wish, id: ++latest, x: session.x, shown: session.shown, weights: caseShares(), coupled: session.coupled });
 
+// a vehicle that does not count keeps a limit that was stated, and no other
+function heldMeans() {
+  const counted = countedWeights();
+  return meanLimits().map((limit, v) => (counted[v] || !Number.isNaN(session.limits.mean[v]) ? limit : Infinity));
+}
+
 function improve() {
   byId("live-said").textContent = "Searching …";
   worker.postMessage({
     ...question("improve"), objective: byId("live-objective").value, vehicleWeights: countedWeights(), groups: groupsOfFactors(),
-    lower: session.lower, upper: session.upper, limits: { ...session.limits, mean: meanLimits() },
+    lower: session.lower, upper: session.upper, limits: { ...session.limits, mean: heldMeans(), held: everyVehicle.map((v) => shownVehicles().includes(v)) },
   });
 }
+
+// what a limit is of, in words
+const limited = ({ of, at }) => (of === "price" ? data.price.names[at] : `${vehicles[at].name}’s ${of === "mean" ? "mean level" : "loudest line"}`);
 
 // walk along the steps of an improvement
 function arrive(reply) {
   const what = byId("live-objective").value === "sigma" ? `${text(reply.gain, 2)} dB less scatter` : `${text(reply.gain, 2)} dB quieter`;
-  const kept = reply.beyond <= 0.005 ? "all limits are kept" : `a limit is still missed by ${text(reply.beyond, 2)}`;
+  const kept = reply.beyond <= 0.005 ? "all limits are kept" : `the limit of ${limited(reply.missed)} is still missed by ${text(reply.beyond, 2)} ${reply.missed.of === "price" ? data.price.units[reply.missed.at] : "dB"}`;
   byId("live-said").textContent = reply.trail.length && Math.abs(reply.gain) > 0.004
     ? `${what} on average over the parts made, ${kept}; ${reply.steps} steps in ${text(reply.ms / 1000, 1)} s.`
     : reply.trail.length ? `${kept[0].toUpperCase()}${kept.slice(1)} now; ${what}.` : `Nothing better near here: ${kept}.`;

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from deboom.arrays import RealArray
 from deboom.bench.compressor_rig import (
@@ -57,7 +56,6 @@ from deboom.files.electric_car import read_electric_car
 from deboom.measurement.electric_car import ElectricCar
 from deboom.physics.rigid_body import forward_matrices
 from deboom.physics.sound_level import spl
-from deboom.vehicles.fleet_front import PeakRise
 
 OTHER_CARS = 200
 """Purposes of random numbers from here on belong to the cars that are not written."""
@@ -326,37 +324,6 @@ def travel_limit(model: MountedFleet, space: DesignSpace, most: float) -> Design
     allowed = most * float(model.statics(space.nominal[None])[0, 0])
     limit = Limit(model.statics.response_names[0], "mm", at_most=allowed)
     return DesignLimits(model.statics, Limits((limit,)))
-
-
-@dataclass(frozen=True, eq=False)
-class _TravelAndPeaks:
-    """Travel of the mounts and rise of the booming peaks, both of which a search may limit."""
-
-    travel: MountStatics
-    rise: PeakRise
-
-    @property
-    def variable_names(self) -> tuple[str, ...]:
-        return self.travel.variable_names
-
-    @property
-    def response_names(self) -> tuple[str, ...]:
-        return self.travel.response_names + self.rise.response_names
-
-    def __call__(self, designs: npt.ArrayLike) -> RealArray:
-        return np.hstack([self.travel(designs), self.rise(designs)])
-
-
-def keeping_peaks(
-    limits: DesignLimits, model: MountedFleet, space: DesignSpace, most: float
-) -> DesignLimits:
-    """Limit by how much the booming peak of a car that rises most may rise, besides travel.
-
-    - `limits`: see `travel_limit`; `most`: rise over today's peaks, without scatter [dB].
-    """
-    rise = PeakRise(model.index, space.nominal)
-    both = (*limits.limits.limits, Limit(rise.response_names[0], "dB", at_most=most))
-    return DesignLimits(_TravelAndPeaks(model.statics, rise), Limits(both))
 
 
 def exact_change(model: MountedFleet, today: RealArray, design: RealArray) -> RealArray | None:

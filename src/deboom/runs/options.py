@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from enum import Enum
 from pathlib import Path
@@ -114,12 +115,44 @@ def filled(options: _T, arguments: Mapping[str, Any]) -> _T:
     return replace(options, **changes)  # type: ignore[type-var]
 
 
+BAND = "FROM TO"
+"""How the help of a command writes a band of frequency."""
+_BAND_OPTIONS = ("--band", "--bands")
+_NUMBER = r"\d+\.?\d*|\.\d+"
+_JOINED = re.compile(rf"({_NUMBER})\s*[-,–]\s*({_NUMBER})")
+
+
+def bands_as_declared(arguments: Sequence[str], widths: Mapping[str, int]) -> list[str]:
+    """Return a command line in which ``--band`` has one value, or two, as its option declares.
+
+    A band may be typed ``20 60``, ``20-60`` or ``20,60``, also behind an equals sign; whatever else
+    follows the option is left to the option.
+
+    - `widths`: number of values of each option, by its name.
+    """
+    words, done = list(arguments), list[str]()
+    while words:
+        name, equals, value = words.pop(0).partition("=")
+        if name not in _BAND_OPTIONS or name not in widths:
+            done.append(name + equals + value)
+            continue
+        values = [value] if equals else words[:1]
+        del words[: 0 if equals else 1]
+        if match := _JOINED.fullmatch("".join(values)):
+            values = list(match.groups())
+        elif words and all(re.fullmatch(_NUMBER, each) for each in (*values, words[0])):
+            values.append(words.pop(0))
+        joined = ["-".join(values)] if values else []
+        done += [name, *(values if widths[name] == len(values) else joined)]
+    return done
+
+
 def band_of(text: str) -> tuple[float, float]:
     """Read ``10-30`` [Hz]; InputError if it is no band that rises from above 0 Hz."""
     try:
         low, high = (float(part) for part in text.split("-"))
     except ValueError:
-        raise InputError(f"--band {text}: write it as LOW-HIGH in Hz, such as 10-30") from None
+        raise InputError(f"--band {text}: write it as {BAND} in Hz, such as 10 30") from None
     if not (0 < low < high and math.isfinite(high)):
         raise InputError(f"--band {text}: the band must rise from above 0 Hz")
     return low, high

@@ -13,6 +13,7 @@ from typer import Option
 from deboom.errors import InputError
 from deboom.files.platform import DEMONSTRATION, read_platform
 from deboom.pages.motion import PART_WARNING
+from deboom.runs.options import BAND
 from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Fleet
@@ -49,7 +50,7 @@ class PlatformOptions:
     platform: Annotated[Path, Option(help="Folder with platform.toml.")] = DEMONSTRATION
     band: Annotated[
         tuple[float, float] | None,
-        Option(help="Lines that count, from and to [Hz].", show_default=BAND_DEFAULT),
+        Option(metavar=BAND, help="Lines that count [Hz].", show_default=BAND_DEFAULT),
     ] = None
     mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library
 

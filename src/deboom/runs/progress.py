@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ from deboom.common import Progress
 from deboom.errors import AssumedWarning, DataWarning, IncompleteReport, InputError
 
 LOG_LINES = 4
+MINUTE, HOUR = 60.0, 3600.0  # [s]
 
 
 @contextmanager
@@ -81,28 +83,46 @@ def progress_bar(title: str) -> Iterator[Progress]:
     """Show progress under a title on standard error.
 
     - `title`: what is being done.
-    - returns ``progress(done, total, text)``. On a terminal it moves a bar; elsewhere it writes
-      about four lines in all, so that logs stay readable.
+    - returns ``progress(done, total, text)``, which says ``title: text, 12 s left``. A text that
+      does not count itself, such as ``generation 8 of 30``, is counted: ``3 of 8, text``. On a
+      terminal one line is written anew; elsewhere there are about four lines in all, so that logs
+      stay readable.
     """
-    bar = tqdm(desc=title, disable=None, file=sys.stderr, unit="step", leave=True)
-    logged = 0
+    line = tqdm(desc=title, disable=None, file=sys.stderr, bar_format="{desc}", leave=True)
+    begun, logged, before = time.monotonic(), 0, (0, 0)
 
     def progress(done: int, total: int, text: str) -> None:
-        nonlocal logged
-        if bar.disable:
-            part = done * LOG_LINES // max(total, 1)
-            if part > logged:
-                logged = part
-                print(f"{title}: {done}/{total} {text}".rstrip(), file=sys.stderr, flush=True)
+        nonlocal begun, logged, before
+        count = f"{done} of {total}"
+        if total != before[1] or done < before[0]:  # another round of steps
+            begun, logged = begun if before == (0, 0) else time.monotonic(), 0
+        before = (done, total)
+        parts = [] if count in text else [count]
+        parts += [text] if text else []
+        if 0 < done < total:
+            parts.append(_left((time.monotonic() - begun) / done * (total - done)))
+        sentence = f"{title}: {', '.join(parts)}"
+        if not line.disable:
+            line.set_description_str(sentence)
             return
-        bar.total = total
-        bar.set_postfix_str(text, refresh=False)
-        bar.update(done - bar.n)
+        part = done * LOG_LINES // max(total, 1)
+        if part > logged:
+            logged = part
+            print(sentence, file=sys.stderr, flush=True)
 
     try:
         yield progress
     finally:
-        bar.close()
+        line.close()
+
+
+def _left(seconds: float) -> str:
+    """Say what time is left, to a figure that can be believed."""
+    if seconds < 2 * MINUTE:
+        return f"{seconds:.0f} s left"
+    if seconds < 2 * HOUR:
+        return f"{seconds / MINUTE:.0f} min left"
+    return f"{seconds / HOUR:.1f} h left"
 
 
 def counted(

@@ -18,10 +18,12 @@ import difflib
 import importlib.util
 import inspect
 import math
+import os
 import shlex
 import sys
 import time
 import traceback
+import webbrowser
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, is_dataclass
 from enum import Enum
@@ -33,6 +35,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 from pydantic import TypeAdapter, ValidationError
 from threadpoolctl import threadpool_limits
+from typer.core import TyperCommand
 
 from deboom.common import shipped_studies
 from deboom.errors import IncompleteReport, InputError
@@ -51,8 +54,8 @@ from deboom.files.run_folder import (
     held,
     start_run,
 )
-from deboom.report import PAGE, SUMMARY, Report
-from deboom.runs.options import expanded, filled, is_lone_flag, is_positional
+from deboom.report import PAGE, SUMMARY, Report, Step
+from deboom.runs.options import bands_as_declared, expanded, filled, is_lone_flag, is_positional
 from deboom.runs.overview import command_of, refresh_overview
 from deboom.runs.progress import assumptions, one_sentence_errors
 from deboom.runs.result import RunContext
@@ -73,6 +76,8 @@ PACKAGES = (
 )
 BLAS_THREADS = 1
 """Threads of linear algebra in a run: sums in another order would change last bits."""
+SHOWN_TILES = 4
+"""Headline numbers of a run without a verdict, at its end."""
 SHORT_HASH = 12
 """Digits of a hash in a sentence."""
 
@@ -421,6 +426,7 @@ def _carry_out(
         raise KeyboardInterrupt(_kept(study, run)) from None
     folder = finish_run(run)
     refresh_overview(folder.parent.parent)
+    _tell_answer(report, folder)
     _tell_failures(report, folder)
     return folder
 
@@ -440,6 +446,17 @@ def _kept(study: Study, run: Run) -> str:
         f"stopped: {' and '.join(kept)} are kept in {run.folder}; go on with "
         f"`deboom run {study.path.as_posix()} --out {run.folder.parents[1]} --resume {name}`"
     )
+
+
+def _tell_answer(report: Report, folder: Path) -> None:
+    """Say what came out, where its page is, and what may be done next."""
+    lines = [f"{value}: {label}" for value, label in report.tiles]
+    lines = [report.verdict] if report.verdict else lines[:SHOWN_TILES]
+    lines.append(f"page: {(folder / PAGE).as_posix()}")
+    steps = [block for part in report.panels for block in part.blocks if isinstance(block, Step)]
+    lines += [f"next: {step.command}  ({step.purpose})" for step in steps[:1]]
+    for line in lines:
+        typer.echo(line, err=True)
 
 
 def _tell_failures(report: Report, folder: Path) -> None:
@@ -497,6 +514,15 @@ def _provenance(record: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
+class _BandCommand(TyperCommand):
+    """A command whose bands of frequency may be typed ``20 60``, ``20-60`` or ``20,60``."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read a command line."""
+        widths = {name: option.nargs for option in self.params for name in option.opts}
+        return super().parse_args(ctx, bands_as_declared(args, widths))
+
+
 def study_command(wanted: str | Path) -> typer.Typer:
     """Build the command of one study, by its path or name: its options are those typed.
 
@@ -506,7 +532,7 @@ def study_command(wanted: str | Path) -> typer.Typer:
     hints = get_type_hints(_common_options, include_extras=True)
     common = list(inspect.signature(_common_options).parameters)
     if study.positional:
-        common = ["context", "out"]
+        common = ["context", "out", "show_page"]
         hints["out"] = Annotated[Path, typer.Option(help=f"Folder that gets {study.name}/<run>/.")]
     declared = inspect.signature(_common_options).parameters
     options = [*study.parameters.values()]
@@ -515,6 +541,7 @@ def study_command(wanted: str | Path) -> typer.Typer:
     def command(**arguments: Any) -> None:
         context, out = arguments.pop("context"), arguments.pop("out")
         resume, other_code = arguments.pop("resume", None), arguments.pop("other_code", False)
+        shown = arguments.pop("show_page")
         _check_numbers(arguments)
         given = {
             name: value
@@ -528,13 +555,24 @@ def study_command(wanted: str | Path) -> typer.Typer:
             else:
                 folder = resume_study(study, out, resume, given, other_code=other_code)
         typer.echo(folder.as_posix())
+        if shown:
+            _open_page(folder / PAGE)
 
     command.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
     command.__annotations__ = {option.name: option.annotation for option in options}
     command.__doc__ = study.description
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-    app.command()(command)
+    app.command(cls=_BandCommand)(command)
     return app
+
+
+def _open_page(page: Path) -> None:
+    """Open a page in the browser; without a display nothing is done, and said."""
+    on_unix = sys.platform not in ("win32", "darwin")
+    if on_unix and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        typer.echo(f"--open: there is no display; the page is {page.as_posix()}", err=True)
+        return
+    webbrowser.open(page.resolve().as_uri())
 
 
 def _check_numbers(arguments: Mapping[str, Any]) -> None:
@@ -554,11 +592,16 @@ def _common_options(
     out: Annotated[
         Path, typer.Option(help="Folder that gets <study>/<run>/ with all results.")
     ] = Path("results"),
+    show_page: Annotated[
+        bool,
+        typer.Option("--open", help="Open the page in the browser when done; needs a display."),
+    ] = False,
     resume: Annotated[
         str | None,
         typer.Option(
             metavar="RUN",
-            help="Go on with an interrupted run, by its name or folder; it keeps its options.",
+            help="Go on with an interrupted run, by its name or folder, or with the latest; it "
+            "keeps its options.",
         ),
     ] = None,
     other_code: Annotated[

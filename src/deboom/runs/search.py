@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -13,17 +13,18 @@ from typer import Option
 
 from deboom.arrays import RealArray
 from deboom.choices import SearchAlgorithm
+from deboom.errors import InputError
 from deboom.explore.result import Front, SearchResult
-from deboom.explore.robust import DesignLimits, Limits, Robust, chosen
+from deboom.explore.robust import DesignLimits, Limit, Limits, Robust, chosen
 from deboom.explore.search import VERIFIED, Checkpoint, search, searched
-from deboom.explore.space import Requirements
+from deboom.explore.space import Evaluate, Requirements
 from deboom.files.doe_table import read_plan
 from deboom.files.run_folder import CheckpointFolder
 from deboom.report import Report
 from deboom.runs.options import at_least
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext
-from deboom.vehicles.fleet_front import FleetFront
+from deboom.vehicles.fleet_front import FleetFront, PeakRise
 
 
 def report_limits(
@@ -83,6 +84,62 @@ def _beyond(search: SearchResult, variables: Sequence[str], limits: Limits) -> p
         for k, name in enumerate(limits.names)
     }
     return pd.DataFrame({**factors, **excess})
+
+
+@dataclass(frozen=True, eq=False)
+class _Together:
+    """Several limited numbers of one design, one after another."""
+
+    parts: tuple[Requirements, ...]
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        return self.parts[0].variable_names
+
+    @property
+    def response_names(self) -> tuple[str, ...]:
+        return tuple(name for part in self.parts for name in part.response_names)
+
+    def __call__(self, designs: RealArray) -> RealArray:
+        return np.hstack([part(designs) for part in self.parts])
+
+
+PeakRiseOption: TypeAlias = Annotated[
+    float | None, Option(help="Largest rise of a booming peak; default: any [dB].")
+]
+"""By how much a design may raise the booming peak that rises most."""
+
+
+def check_peak_rise(most: float | None) -> None:
+    """Refuse a rise that is negative or not finite."""
+    if most is not None and not 0 <= most < np.inf:
+        raise InputError(f"--peak-rise {most:g}: give by how much a peak may rise, from 0 dB")
+
+
+def keeping_peaks(
+    limits: DesignLimits | None, model: Evaluate, today: RealArray, most: float
+) -> DesignLimits:
+    """Limit by how much the booming peak of a vehicle that rises most may rise, besides others.
+
+    - `limits`: what designs must keep anyway, of the design itself.
+    - `model`, `today` (k,): model with levels, and design whose peaks count.
+    - `most`: rise over today's peaks, without scatter [dB].
+    - raises InputError: limits that every drawn part must keep.
+    """
+    rise = PeakRise(model, today)
+    limit = Limit(rise.response_names[0], "dB", at_most=most)
+    if limits is None:
+        return DesignLimits(rise, Limits((limit,)))
+    if limits.every_part is not None:
+        raise InputError(
+            "--peak-rise limits the design itself, and the file of limits every part: let the file "
+            "limit the design, or leave --peak-rise out"
+        )
+    return replace(
+        limits,
+        requirements=_Together((limits.requirements, rise)),
+        limits=Limits((*limits.limits.limits, limit)),
+    )
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import pandas as pd
 from deboom import plot
 from deboom.common import PERCENT
 from deboom.files.supplier_words import label, said
-from deboom.report import Report
+from deboom.report import Report, Step, Table
 from deboom.report.sheet import Sheet
 from deboom.supplier.delivery import (
     INTERVAL,
@@ -77,6 +77,7 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
     report.tile(f"{passed} of {len(delivery.batches)}", "batches pass")
     report.tile(f"{failed}", f"of {len(verdicts)} parts fail")
     report.tile(f"{open_}", "parts undecided")
+    _answer(report, delivery, passed, failed, open_)
     if delivery.uncertainty == 0.0:
         report.warn(
             "The uncertainty of the measured stiffnesses was not stated (--uncertainty): parts "
@@ -108,6 +109,57 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
     report.summary |= {name: min(values) for name, values in smallest.items() if values}
     report.inputs += inputs
 
+    _batches(report, delivery)
+    _parts(report, delivery)
+    _capability(report, delivery)
+    if any(batch.cars is not None for batch in delivery.batches):
+        _levels(report, delivery)
+    return report
+
+
+def _answer(report: Report, delivery: Delivery, passed: int, failed: int, open_: int) -> None:
+    """Fill the first screen: the verdict, each batch with its reason, and what comes next."""
+    batches, n_parts = _batch_table(delivery), len(delivery.parts)
+    count = len(delivery.batches)
+    loud = [
+        f" {batch.mount} {batch.name}: {batch.reason()}."
+        for batch in delivery.batches
+        if batch.verdict is PartVerdict.passed and batch.reason()
+    ]
+    report.answer(
+        f"{passed} of {count} {'batch passes' if count == 1 else 'batches pass'}: of {n_parts} "
+        f"parts {failed} fail and {open_} {'is' if open_ == 1 else 'are'} undecided."
+        + "".join(loud),
+        "How sure: a part passes where the measuring uncertainty leaves no doubt "
+        f"(±{PERCENT * delivery.uncertainty:g} %, 95 %); a batch where its parts show at least "
+        f"{PERCENT * delivery.demand.share_stated:g} % of all its pieces inside.",
+    )
+    reasons = batches.loc[batches["reason"] != "", ["batch", "reason"]].to_numpy()
+    report.panel(
+        "Each batch",
+        Table(batches[VERDICTS[:-1]], ""),
+        *(f"{batch}: {reason}" for batch, reason in reasons),
+        wide=True,
+    )
+    if delivery.predicted:
+        shown = ["batch", "cars within the limit [%]", "from [%]", "to [%]"]
+        report.panel(
+            "Cars with parts of each batch",
+            Table(batches[shown], "", dict.fromkeys(shown[1:], 0)),
+            "Within the noise limit, all other mounts anywhere in the box. The box promises its "
+            "share for parts all over it, not for each batch: this is reported and decides "
+            "nothing.",
+        )
+    report.panel(
+        "What to do next",
+        "`supplier.html` beside this page is for the supplier.",
+        Step("deboom accept SPECIFICATION PARTS", "again, once what is undecided was measured"),
+    )
+
+
+def _batches(report: Report, delivery: Delivery) -> None:
+    """Say when a batch passes, and list the batches."""
+    demand = delivery.demand
     low, high = (f"{PERCENT * end:g}" for end in INTERVAL)
     report.section(
         "Batches",
@@ -122,6 +174,10 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
     report.table("batches", batches, "One row per batch.", shown=batches[VERDICTS])
     report.table(None, batches[SHARES], "What the measured parts say of all.")
 
+
+def _parts(report: Report, delivery: Delivery) -> None:
+    """Draw the parts of each batch in their intervals, and list those that do not pass."""
+    demand = delivery.demand
     conditions = dict.fromkeys(v.condition for v in demand.variables if v.required)
     report.section(
         "Parts in their intervals",
@@ -152,6 +208,10 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
     caption = "" if others.empty else "Parts that do not pass; parts.csv has all of them."
     report.table("parts", parts, caption, shown=others)
 
+
+def _capability(report: Report, delivery: Delivery) -> None:
+    """Say what Cp and Cpk tell, and list them."""
+    demand = delivery.demand
     report.section(
         "Capability",
         "Cp compares the width of the interval with the scatter, Cpk also sees a mean off its "
@@ -165,9 +225,6 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
         ),
     )
     report.table("capability", _capability_table(delivery), "One row per batch and limited axis.")
-    if any(batch.cars is not None for batch in delivery.batches):
-        _levels(report, delivery)
-    return report
 
 
 def _levels(report: Report, delivery: Delivery) -> None:

@@ -40,7 +40,7 @@ def acceptance_rules(
 
     force, moved, line = (percent(value) for value in STATE_TOLERANCE.values())
     guard = f"± {percent(uncertainty)}" if uncertainty else ""
-    lower_end = percent(INTERVAL[0])
+    sure = percent(1.0 - INTERVAL[0])
     rules = []
     if of_sheet:
         rules += [
@@ -61,28 +61,32 @@ def acceptance_rules(
                 "das Verhältnis zu deren Mittel.",
             ),
         ]
-    measured = (
-        say(
-            f" by more than the measuring uncertainty of {guard} (95 %; ISO 14253-1, applied once)",
-            f" um mehr als die Messunsicherheit von {guard} (95 %; ISO 14253-1, einmal angewandt)",
+    by, than = "", ""
+    if uncertainty:
+        by = say(
+            f", by more than the measuring uncertainty of {guard} (95 %; ISO 14253-1, applied "
+            "once)",
+            f", um mehr als die Messunsicherheit von {guard} (95 %; ISO 14253-1, einmal angewandt)",
         )
-        if guard
-        else ""
-    )
+        than = say(
+            " by more than that; in between it is undecided",
+            " um mehr als diese; dazwischen ist es unentschieden",
+        )
     rules += [
         say(
-            f"Part: it passes inside all bands of the class must{measured}, and fails outside of "
-            + ("one by more; in between it is undecided." if guard else "one."),
-            f"Teil: es besteht in allen Muss-Bändern{measured}, und fällt durch außerhalb eines "
-            + ("Bandes um mehr; dazwischen ist es unentschieden." if guard else "Bandes."),
+            f"Part: it passes where |K| lies inside every band of the class must{by}. It fails "
+            f"where |K| lies outside a band{than}.",
+            f"Teil: es besteht, wo |K| in jedem Muss-Band liegt{by}. Es fällt durch, wo |K| "
+            f"außerhalb eines Bandes liegt{than}.",
         ),
         say(
             "Batch: it fails with one failed part. It passes if every measured part passes and "
-            f"they show that {percent(share)} of its pieces lie inside: the lower "
-            f"{lower_end} end of that share counts. Otherwise it is undecided.",
+            f"they show with {sure} confidence that at least {percent(share)} of all its pieces "
+            "lie inside. Otherwise it is undecided: measure more pieces.",
             "Charge: sie fällt durch mit einem durchgefallenen Teil. Sie besteht, wenn jedes "
-            f"gemessene Teil besteht und sie zeigen, dass {percent(share)} ihrer Stücke innen "
-            f"liegen: es zählt das untere {lower_end}-Ende. Sonst ist sie unentschieden.",
+            f"gemessene Teil besteht und sie mit {sure} Sicherheit zeigen, dass mindestens "
+            f"{percent(share)} aller Stücke innen liegen. Sonst ist sie unentschieden: mehr Stücke "
+            "messen.",
         ),
         say(
             "Corner of the box: the customer also predicts the cars. A batch near the ends of "
@@ -95,13 +99,13 @@ def acceptance_rules(
     ]
     if cpk is not None:
         wanted = in_language(f"{cpk:.4g}", language)
-        sure = percent(CONFIDENCE)
+        bound = percent(CONFIDENCE)
         rules.append(
             say(
-                f"Process: its Cpk [1] is shown where the lower {sure} bound (Bissell) reaches "
+                f"Process: its Cpk [1] is shown where the lower {bound} bound (Bissell) reaches "
                 f"{wanted} in every direction of the class must, missed where the sample's value "
                 "itself is below, open in between. It is judged beside the batch.",
-                f"Prozess: sein Cpk [1] ist gezeigt, wo die untere {sure}-Schranke (Bissell) "
+                f"Prozess: sein Cpk [1] ist gezeigt, wo die untere {bound}-Schranke (Bissell) "
                 f"{wanted} in jeder Muss-Richtung erreicht, verfehlt, wo schon der Wert der "
                 "Stichprobe darunter liegt, dazwischen offen. Er wird neben der Charge beurteilt.",
             )

@@ -211,6 +211,8 @@ class MountRequirements:
     - `quantities`: at least one quantity.
     """
 
+    smooth = True
+
     variable_names: tuple[str, ...]
     quantities: tuple[Quantity, ...]
 

@@ -103,6 +103,7 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
         "What to do next",
         Step("deboom unbalance TEST", "the unbalance of the running compressor"),
         Step("deboom run compressor_robust_front --cars CAR", "the mounts that make cars quiet"),
+        wide=True,
     )
     report.warn(*identification.alarms)
     report.assume(*identification.test.assumed)

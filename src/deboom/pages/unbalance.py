@@ -96,6 +96,7 @@ def unbalance_report(
         "What to do next",
         Step("deboom unbalance TEST --limits FILE", "hold it against limits"),
         Step("deboom run compressor_robust_front --cars CAR", "the mounts that make cars quiet"),
+        wide=True,
     )
     report.warn(*alarms, *evaluation.notices)
     report.assume(*measured.test.hammer.assumed)

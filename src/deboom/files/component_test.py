@@ -63,7 +63,8 @@ from deboom.measurement.noise_transfer import PRESSURE_PER_FORCE
 from deboom.measurement.uncertainty import DB_PER_NEPER
 from deboom.measurement.virtual_point import RIGID_MOTIONS
 
-COMPONENT_FILE, RECEIVER_FILE = "component.toml", "receiver.toml"
+COMPONENT_FILE = "component.toml"
+RECEIVER_FILE = "receiver.toml"
 
 
 class PointSection(StrictModel):

@@ -276,9 +276,12 @@ def _answer_in_words(chosen: _Selection) -> tuple[str, str, str]:
     """Return what to order, how that was verified, and the names of the mounts."""
     front = chosen.front
     advice = f"Order {', '.join(chosen.parts(chosen.best))}"
+    # without re-tuning the search ends where the list of all sets does
+    stated = list(chosen.effects.items())[: None if chosen.retuned else 1]
     words = [
-        f"{what} {signed(change, 1)} dB{', which nobody hears' if abs(change) < HEARD else ''}"
-        for what, (_, change) in chosen.effects.items()
+        f"{what} bring {signed(change, 1)} dB"
+        f"{', which nobody hears' if abs(change) < HEARD else ''}"
+        for what, (_, change) in stated
     ]
     return (
         f"{advice if chosen.is_heard else 'Order nothing new'}: at the best the catalogue's "

@@ -27,7 +27,6 @@ def limits_of(tmp_path, text):
     return path
 
 
-@pytest.mark.usefixtures("plain_loops")
 def test_every_pick_keeps_every_limit_and_what_does_not_is_listed(quick_front, tmp_path):
     band = {"band": (30.0, 36.0)}
     finished = run(tmp_path, quick_front, limits=LIMITS, loss_factors=True, **band)

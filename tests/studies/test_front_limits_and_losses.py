@@ -27,9 +27,12 @@ def limits_of(tmp_path, text):
     return path
 
 
+@pytest.mark.usefixtures("plain_loops")
 def test_every_pick_keeps_every_limit_and_what_does_not_is_listed(quick_front, tmp_path):
     band = {"band": (30.0, 36.0)}
-    finished = run(tmp_path, quick_front, limits=LIMITS, loss_factors=True, **band)
+    # descents within limits have their own tests; each of their designs costs static equilibria
+    wanted = {"limits": LIMITS, "loss_factors": True, "polish": False}
+    finished = run(tmp_path, quick_front, **wanted, **band)
     summary = json.loads((finished / "summary.json").read_text())
     table = pd.read_csv(finished / "limits.csv")
     low, high = table["at least"].fillna(-np.inf), table["at most"].fillna(np.inf)

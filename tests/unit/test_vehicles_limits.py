@@ -140,6 +140,23 @@ def test_travel_at_nominal_is_that_of_the_kinematic_model():
     np.testing.assert_allclose(travel(np.ones((1, 9))), expected, atol=1e-9)
 
 
+def test_derivatives_of_sag_and_travel_are_those_of_closed_forms():
+    """Two springs of 100 kN/m halve a weight: sag 1/x; a common dynamic factor x divides travel."""
+    with_loss = (*NAMES, "E x loss")
+    modelled = model(cubic=5e9)
+    sag = WeightSag(model(), POWERTRAIN, ("E", "G"))
+    travel = TorqueTravel(modelled, 900.0, modelled.names)
+    requirements = of(sag, travel, names=with_loss)
+    designs = np.vstack([np.ones(10), np.r_[np.full(9, 0.8), 1.1]])
+    values, gradient = requirements(designs), requirements.gradient(designs)
+    assert gradient.shape == (2, 2 + 9, 10)
+    np.testing.assert_allclose(gradient[:, 0, 2], -values[:, 0] / designs[:, 2], rtol=1e-6)
+    np.testing.assert_allclose(gradient[:, 0, 5], 0.0, atol=1e-6)
+    along = (gradient[..., :9] * designs[:, np.newaxis, :9]).sum(axis=-1)
+    np.testing.assert_allclose(along, -values, rtol=1e-6, atol=1e-6)
+    assert not gradient[..., 9].any()
+
+
 def test_a_common_dynamic_factor_divides_the_travel_and_a_part_rides_into_its_stop():
     modelled = model(cubic=5e9)
     today, soft = np.ones((1, 9)), np.full((1, 9), 0.8)

@@ -29,12 +29,12 @@ from deboom.vehicles.amplitude_motion import AmplitudeMotion
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.design_factor import Factor
-from deboom.vehicles.fleet import Band, PathContributions, lines_inside
+from deboom.vehicles.fleet import LOSS_SUFFIX, Band, PathContributions, lines_inside
 from deboom.vehicles.platform import MissingLibrary, Runs
 from deboom.vehicles.powertrain import KinematicModel, Powertrain, mount_forward
 
 DIFFERENCE = 1e-4
-"""Step of central differences, relative: of a design's pressure by its factors [1]."""
+"""Step of central differences by the factors of a design [1]."""
 
 BLOCK = 512
 """Designs whose levels are in memory at a time."""
@@ -234,6 +234,23 @@ class MountRequirements:
         given = zip(self.variable_names, rows.T, strict=True)
         factors = defaultdict(lambda: np.ones(len(rows)), given)
         return np.hstack([quantity(factors) for quantity in self.quantities])
+
+    def gradient(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the derivatives, shape (n, c, k) [unit of each quantity per unit factor].
+
+        By central differences, all designs and variables in one call: Newton's method finds the
+        equilibria of all rows together. Loss factors move no quantity.
+        """
+        rows = checked_designs(designs, self.variable_names)
+        elastic = [
+            k for k, name in enumerate(self.variable_names) if not name.endswith(LOSS_SUFFIX)
+        ]
+        moves = DIFFERENCE * np.eye(rows.shape[1])[elastic]
+        near = np.stack([rows[:, np.newaxis] + moves, rows[:, np.newaxis] - moves])
+        above, below = self(near.reshape(-1, rows.shape[1])).reshape(*near.shape[:3], -1)
+        gradient = np.zeros((len(rows), above.shape[-1], rows.shape[1]))
+        gradient[..., elastic] = np.swapaxes((above - below) / (2.0 * DIFFERENCE), 1, 2)
+        return gradient
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pandas as pd
 import pytest
@@ -166,6 +167,24 @@ def test_a_wrong_mat_file_is_refused(tmp_path, changes, sentence):
     with pytest.raises(InputError, match=re.escape(sentence)) as caught:
         read_function_table(path)
     assert str(caught.value).startswith(str(path))
+
+
+@pytest.mark.parametrize("version", ["5", "7.3"])
+def test_structures_of_another_program_are_named_with_the_export_that_works(tmp_path, version):
+    """A structure as Simcenter Testlab saves it does not say how its unit is converted."""
+    path = tmp_path / "testlab.mat"
+    lines = {"start_value": 20.0, "increment": 0.5, "number_of_values": 7.0}
+    if version == "5":
+        saved = {"function_record": {"name": "FRF"}, "x_values": lines}
+        savemat(path, {"FRF_driver": saved | {"y_values": {"values": VALUES}}})
+    else:
+        with h5py.File(path, "w", userblock_size=512) as file:
+            group = file.create_group("FRF_driver")
+            group.attrs["MATLAB_class"] = np.bytes_("struct")
+        with path.open("r+b") as stream:
+            stream.write(b"MATLAB 7.3 MAT-file".ljust(512))
+    with pytest.raises(InputError, match=r"FRF_driver: MATLAB structures.* export universal files"):
+        read_function_table(path)
 
 
 @pytest.mark.parametrize(

@@ -636,8 +636,16 @@ def matlab_table(
     missing = [name for name in (axis, "names", "values", "units") if name not in content]
     if missing:
         unit = "Hz" if axis == _FREQUENCY else "s"
+        structures = [str(name) for name in content[matlab_variables.STRUCTURES]]
+        other = (
+            f" ({', '.join(structures)}: MATLAB structures, such as Simcenter Testlab saves; from "
+            "there export universal files, data set 58)"
+            if structures
+            else ""
+        )
         raise InputError(
-            f"{path}: there is no variable {', '.join(map(repr, missing))}: save {axis} [{unit}], "
+            f"{path}: there is no variable {', '.join(map(repr, missing))}"
+            f"{other}: save {axis} [{unit}], "
             "names (cell array of text; of strings, cellstr(names)), values (lines x names) and "
             "units, each a variable of its own"
         )
@@ -734,7 +742,12 @@ def _mat_of_hdf5(path: Path) -> dict[str, Any]:
     try:
         with h5py.File(path, "r") as file:
             variables = matlab_variables.VARIABLES
-            return {name: plain(name, file, file[name]) for name in variables if name in file}
+            structures = [
+                name for name in file if file[name].attrs.get("MATLAB_class") == b"struct"
+            ]
+            return {matlab_variables.STRUCTURES: np.array(structures, dtype=str)} | {
+                name: plain(name, file, file[name]) for name in variables if name in file
+            }
     except InputError:
         raise
     except Exception as error:  # a damaged file raises many kinds

@@ -14,6 +14,8 @@ from typing import Any
 
 VARIABLES = ("frequency", "time", "names", "values", "units")
 """Variables that are read; others in the file are left alone."""
+STRUCTURES = "structures"
+"""Array of the names of the structures in the file, which are not read."""
 NO_SCIPY, TOO_LARGE = 3, 4
 """Exit status of a process that does not find SciPy, or whose memory does not suffice."""
 
@@ -23,7 +25,7 @@ def main(arguments: Sequence[str]) -> int:
     source, target, memory = arguments
     try:
         import numpy as np
-        from scipy.io import loadmat
+        from scipy.io import loadmat, whosmat
     except ImportError as error:
         print(error, file=sys.stderr)
         return NO_SCIPY
@@ -32,7 +34,8 @@ def main(arguments: Sequence[str]) -> int:
         content = loadmat(
             source, squeeze_me=True, chars_as_strings=True, variable_names=list(VARIABLES)
         )
-        arrays: dict[str, Any] = {}
+        structures = [name for name, _, kind in whosmat(source) if kind == "struct"]
+        arrays: dict[str, Any] = {STRUCTURES: np.array(structures, dtype=str)}
         for name in VARIABLES:
             if name not in content:
                 continue

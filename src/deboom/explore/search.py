@@ -375,8 +375,8 @@ class _Archive(Around):
         parts = [f"generation {len(self.generations)} of {generations}"]
         if self.front is not None and len(self.front) and np.isfinite(self.today):
             change = (self.front.mean_sum.min() - self.today) / self.front.mean.shape[1]
-            unit = str(getattr(self._model, "response_unit", "")).removesuffix("(A)")
-            number = f"{change / self.n_lines:+.2g} {unit.removeprefix('1')}".strip()
+            unit = str(getattr(self._model, "response_unit", "1")).removesuffix("(A)")
+            number = f"{change / self.n_lines:+.2g}" + (f" {unit}" if unit != "1" else "")
             parts.append(f"best mean {number}".replace("-", "−"))
         parts += [f"{n_failed} failed"] if n_failed else []
         parts += [f"{n_worse} beyond limits"] if n_worse else []

@@ -615,9 +615,9 @@ def search(
     draws and no variable takes whole numbers only, gradients do the rest: of a model with exact
     slopes, such as a `deboom.BoomingModel` in prescribed or coupled motion, the whole front
     converges (`deboom.explore.descent.converged_front`), also within limits of means, sigmas and
-    numbers of the design itself, and joins what NSGA-II evaluated; of any other smooth model
-    without limits each `Pick` goes on by differences. Elsewhere picks are the best of all evaluated
-    designs. At last the designs that are shown are evaluated again.
+    numbers of the design itself that have a ``gradient``, and joins what NSGA-II evaluated; of any
+    other smooth model without limits each `Pick` goes on by differences. Elsewhere picks are the
+    best of all evaluated designs. At last the designs that are shown are evaluated again.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Descents inside a search: when they apply, what joins the archive, the same bits for anybody."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -63,20 +63,26 @@ def test_unpolished_the_search_is_nsga2_alone():
     assert front.note == ""
 
 
-@dataclass(frozen=True)
 class First:
     """The first variable as a limited number."""
 
     variable_names = SPACE.names
     response_names = ("first",)
-    smooth: bool = True
 
     def __call__(self, designs):
         """Return the first column."""
         return designs[:, :1]
 
 
-FIRST = First()
+class FirstWithSlope(First):
+    """The same with its derivatives, of which only the first is not 0."""
+
+    def gradient(self, designs):
+        """Return a row of the unit matrix for every design."""
+        return np.tile(np.eye(1, SPACE.n_variables), (len(designs), 1, 1))
+
+
+FIRST = FirstWithSlope()
 AT_LEAST = Limits((Limit("first", "1", at_least=1.10),))
 
 
@@ -85,7 +91,7 @@ def test_limits_of_the_worst_drawn_part_leave_the_search_to_nsga2():
     assert deboom.search(ROBUST, **BUDGET, limits=every_part).search.n_evaluated == 16
     assert not is_smooth(ROBUST, every_part)
     assert is_smooth(ROBUST, DesignLimits(FIRST, AT_LEAST))
-    assert not is_smooth(ROBUST, DesignLimits(First(smooth=False), AT_LEAST))
+    assert not is_smooth(ROBUST, DesignLimits(First(), AT_LEAST))
 
 
 @pytest.mark.parametrize(

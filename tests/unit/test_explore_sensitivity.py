@@ -96,8 +96,8 @@ def test_the_same_seed_gives_the_same_bits_and_more_points_begin_alike():
     assert np.array_equal(sobol_designs(G.inputs, 16, seed=1), DESIGNS)
     assert np.array_equal(sobol_designs(G.inputs, 64, seed=1)[: len(DESIGNS)], DESIGNS)
     assert not np.array_equal(sobol_designs(G.inputs, 16, seed=2), DESIGNS)
-    first, two = (sobol_indices(VALUES, G.inputs.names, OUTPUTS, seed=3) for _ in range(2))
-    assert np.array_equal(first.total_interval, two.total_interval)
+    first, second = (sobol_indices(VALUES, G.inputs.names, OUTPUTS, seed=3) for _ in range(2))
+    assert np.array_equal(first.total_interval, second.total_interval)
     alone = sobol_indices(VALUES[:, :1], G.inputs.names, OUTPUTS[:1], seed=3)
     assert np.array_equal(alone.total[:, 0], first.total[:, 0])
 

@@ -33,10 +33,10 @@ def test_the_ends_of_the_band_are_no_peaks():
 
 def test_peaks_are_paired_by_frequency_and_not_line_by_line():
     after = _curve((20, 50), (31, 66), (35, 58), (45, 72), (49, 71), (60, 55))
-    forth, two = booming_peaks.compare_peaks(BEFORE, after, LINES, 1.5)
-    assert (forth.before.frequency, forth.after.frequency) == (30.0, 31.0)
-    assert (forth.frequency, forth.level_before, forth.level_after) == (30.0, 70.0, 66.0)
-    assert (two.before.frequency, two.after.frequency) == (45.0, 45.0)
+    first, second = booming_peaks.compare_peaks(BEFORE, after, LINES, 1.5)
+    assert (first.before.frequency, first.after.frequency) == (30.0, 31.0)
+    assert (first.frequency, first.level_before, first.level_after) == (30.0, 70.0, 66.0)
+    assert (second.before.frequency, second.after.frequency) == (45.0, 45.0)
 
 
 def test_a_peak_that_is_gone_shows_the_highest_level_near_it():
@@ -82,7 +82,7 @@ def test_peaks_of_two_curves_are_matched_and_the_others_reported():
     match = booming_peaks.match_peaks(
         measured, booming_peaks.booming_peaks(synthesised, finer, 1.5)
     )
-    assert [(first.frequency, two.frequency) for first, two in match.pairs] == [
+    assert [(first.frequency, second.frequency) for first, second in match.pairs] == [
         (30, 30.5),
         (45, 46.25),
     ]

@@ -50,8 +50,8 @@ def test_order_of_the_paths_in_a_vehicle_does_not_matter():
     turned = vehicle.noise_transfer.select(inputs=PATHS[::-1])
     other = Vehicle("A-1", "A", turned)
     case = _load_case()
-    first, two = (path_contributions(Fleet((v,)), MOUNTS, case) for v in (vehicle, other))
-    np.testing.assert_array_equal(first.values, two.values)
+    first, second = (path_contributions(Fleet((v,)), MOUNTS, case) for v in (vehicle, other))
+    np.testing.assert_array_equal(first.values, second.values)
 
 
 def test_vehicles_may_be_measured_beyond_the_band_as_they_like():

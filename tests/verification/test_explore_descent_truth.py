@@ -66,6 +66,15 @@ def test_gradients_follow_the_estimator(degree):
     )
 
 
+@pytest.mark.parametrize(
+    "scatter", [{"absolute": [True] * 12}, {"distribution": ("lognormal", *["uniform"] * 11)}]
+)
+def test_gradients_follow_what_parts_are_made_as(scatter):
+    robust = robust_of(MODELS["prescribed"])
+    space = replace(robust.space, **scatter)
+    assert_slopes(replace(robust, space=space), seed=4, rtol=1e-8)
+
+
 @pytest.mark.parametrize("name", ["prescribed", "coupled", "tilted", "with receptances"])
 def test_slopes_of_a_design_are_the_same_bits_in_any_batch(name):
     model = MODELS[name]

@@ -202,12 +202,8 @@ def test_bounds_hold_as_often_as_they_say():
     random = np.random.default_rng(1)
     true_cp, true_cpk = 0.12 / 6 / 0.015, 0.05 / 3 / 0.015
     capabilities = [capability(random.normal(1.01, 0.015, 30), 0.94, 1.06) for _ in range(2000)]
-    cp = np.mean(
-        [capability_of_sample.cp_bound <= true_cp for capability_of_sample in capabilities]
-    )
-    cpk = np.mean(
-        [capability_of_sample.cpk_bound <= true_cpk for capability_of_sample in capabilities]
-    )
+    cp = np.mean([index.cp_bound <= true_cp for index in capabilities])
+    cpk = np.mean([index.cpk_bound <= true_cpk for index in capabilities])
     assert cp == pytest.approx(0.95, abs=0.015)
     assert cpk == pytest.approx(0.95, abs=0.02)
 

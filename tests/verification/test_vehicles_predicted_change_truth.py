@@ -35,34 +35,56 @@ def interval(receptance, share=0.9):
     return change_interval(predicted, drawn, receptance=receptance, share=share)
 
 
-# 96.8 and 97.7 %: asked are at most 97, so those with receptances are a little wide
-@pytest.mark.parametrize(("receptance", "most"), [(False, 0.97), (True, 0.98)])
-def test_intervals_hold_the_changes_of_cars_that_nothing_was_tuned_on(receptance, most):
+def share_held(receptance):
+    """Share of the true changes inside the 90 % intervals."""
+    (_, true, _), stated = columns(receptance), interval(receptance)
+    return np.mean((stated.low <= true) & (true <= stated.high))
+
+
+@pytest.mark.parametrize("receptance", [False, True])
+def test_intervals_hold_the_changes_of_cars_that_nothing_was_tuned_on(receptance):
     predicted, true, deviation = columns(receptance)
-    stated = interval(receptance)
-    held = np.mean((stated.low <= true) & (true <= stated.high))
     assert len(true) == 220
-    assert 0.80 <= held <= most
+    assert share_held(receptance) >= 0.80
     half = norm.ppf(0.95) * deviation
     alone = np.mean(np.abs(true - predicted) <= half)
-    assert alone < held  # errors of measurement alone state too much
+    assert alone < share_held(receptance)  # errors of measurement alone state too much
+
+
+@pytest.mark.parametrize(
+    "receptance",
+    [
+        False,
+        pytest.param(
+            True,
+            marks=pytest.mark.xfail(
+                raises=AssertionError,
+                strict=True,
+                reason="215 of 220 cars, 97.7 %; with 0.9 % of the change instead of 1.5 % as what "
+                "the model leaves out it would be 213, 96.8 %",
+            ),
+        ),
+    ],
+)
+def test_intervals_are_no_wider_than_they_have_to_be(receptance):
+    assert share_held(receptance) <= 0.97
 
 
 @pytest.mark.parametrize("error", [BODY_AT_REST, BODY_MOVES])
 def test_what_cars_bring_is_that_of_the_fleets_it_was_chosen_on(error):
     rows = CHOSEN_ON[CHOSEN_ON["receptance"] == (error is BODY_MOVES)]
     brought = rows["true [dB]"].sum() / rows["predicted [dB]"].sum()
-    assert abs(brought - error.brought) < 0.015
+    assert abs(brought - error.brought) < 0.01
 
 
 def test_receptances_take_most_of_the_error_of_the_model_away():
-    errors = {}
-    for receptance in (False, True):
-        predicted, true, _ = columns(receptance)
-        errors[receptance] = true - predicted
-    # 0.08 of 0.23 dB, rms 0.22 of 0.31 dB
-    assert abs(errors[True].mean()) < 0.4 * abs(errors[False].mean())
-    assert np.sqrt(np.mean(errors[True] ** 2)) < 0.75 * np.sqrt(np.mean(errors[False] ** 2))
+    """Of predictions themselves, which no constant changes, in all 440 cars."""
+    cars = pd.concat([CHOSEN_ON, CARS])
+    error = (cars["true [dB]"] - cars["predicted [dB]"]).to_numpy()
+    at_rest, moving = error[~cars["receptance"]], error[cars["receptance"]]
+    # 0.06 of 0.22 dB, rms 0.19 of 0.31 dB
+    assert abs(moving.mean()) < 0.3 * abs(at_rest.mean())
+    assert np.sqrt(np.mean(moving**2)) < 0.7 * np.sqrt(np.mean(at_rest**2))
 
 
 def test_half_widths_join_in_squares_and_the_sentence_names_the_term():

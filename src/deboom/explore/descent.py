@@ -14,18 +14,18 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from itertools import pairwise
 from typing import Any, NamedTuple, Protocol, cast, runtime_checkable
 
 import numpy as np
 from scipy.optimize import minimize
 
-from deboom.arrays import RealArray, derivatives
+from deboom.arrays import RealArray
 from deboom.common import Progress
 from deboom.explore.front import nondominated
 from deboom.explore.moments import Objective, Statistic
-from deboom.explore.robust import DesignLimits, Robust, RobustLimits
+from deboom.explore.robust import DesignLimits, Robust
 from deboom.explore.scatter import ToleranceSample, ToleranceSampler, made_terms
 from deboom.explore.space import DesignSpace, generator
 
@@ -55,8 +55,6 @@ BEYOND = 1e3
 """Scaled distance that counts for each scaled unit beyond a limit: what keeps it is better."""
 MARGIN = 3e-6
 """Scaled distance that descents keep from limits, which they meet to within their tolerance."""
-DIFFERENCE = 1e-3
-"""Step of the differences of limited numbers without a gradient, as a share of the bounds [1]."""
 GUIDES = 24
 """Designs within all limits that descents begin from, beside random ones."""
 
@@ -110,16 +108,17 @@ def is_smooth(robust: Robust, limits: DesignLimits | None = None) -> bool:
 
     They do for means and sigmas of a `Differentiable` model whose designs share their draws,
     without whole-number variables. Limits may be bounds of means and sigmas, of the worst response
-    from above, and of numbers of the design itself that have a ``gradient`` or are ``smooth``; the
-    worst drawn part and the rise of a booming peak, which comes and goes, have none.
+    from above, and of numbers of the design itself that have a ``gradient``; the worst drawn part
+    and the rise of a booming peak, which comes and goes, have none.
     """
     return (
         len(robust.objectives) == 2
-        and all(smooth_number(robust, each) is not None for each in robust.objectives)
+        and len(_minimised(robust)) == 2
         and isinstance(robust.sample, ToleranceSample)
         and not robust.nominal_mean
-        and (robust.limits is None or _bounds(robust, robust.limits) is not None)
-        and (limits is None or _has_slopes(limits))
+        and _bounds(robust) is not None
+        and (limits is None or limits.every_part is None)
+        and (limits is None or hasattr(limits.requirements, "gradient"))
         and not robust.space.integer.any()
         and bool(np.any(robust.space.upper > robust.space.lower))
         and isinstance(robust.evaluate, Differentiable)
@@ -127,28 +126,36 @@ def is_smooth(robust: Robust, limits: DesignLimits | None = None) -> bool:
     )
 
 
-def _has_slopes(limits: DesignLimits) -> bool:
-    numbers = limits.requirements
-    slopes = hasattr(numbers, "gradient") or getattr(numbers, "smooth", False)
-    return limits.every_part is None and bool(slopes)
+def _minimised(robust: Robust) -> list[SmoothNumber]:
+    """Return the objectives that have a gradient."""
+    numbers = (smooth_number(robust, objective) for objective in robust.objectives)
+    return [number for number in numbers if number is not None]
 
 
-def _bounds(robust: Robust, limits: RobustLimits) -> list[tuple[SmoothNumber, float, float]] | None:
-    """Return number, sign (1: at most, -1: at least) and bound; None of what has no gradient."""
-    bounds = []
-    for limit, stated in zip(limits.limits, limits.numbers, strict=True):
-        objective = stated.objective
+class _Bound(NamedTuple):
+    """A bound of a number, which must lie below it (sign 1) or above it (sign -1)."""
+
+    number: SmoothNumber
+    sign: float
+    value: float
+
+
+def _bounds(robust: Robust) -> list[_Bound] | None:
+    """Return what limits a robust response; None where something limited has no gradient."""
+    bounds: list[_Bound] = []
+    if robust.limits is None:
+        return bounds
+    for limit, stated in zip(robust.limits.limits, robust.limits.numbers, strict=True):
+        objective, each = stated.objective, [stated.objective]
         if objective.worst and objective.response is None and np.isinf(limit.at_least):
             # the largest is below a bound if all are
-            each = [replace(objective, worst=False, response=n)
-                    for n in robust.evaluate.response_names]  # fmt: skip
-        else:
-            each = [objective]
+            names = robust.evaluate.response_names
+            each = [replace(objective, worst=False, response=name) for name in names]
         for number in (smooth_number(robust, entry) for entry in each):
             if number is None:
                 return None
             sides = ((-1.0, limit.at_least), (1.0, limit.at_most))
-            bounds += [(number, sign, bound) for sign, bound in sides if np.isfinite(bound)]
+            bounds += [_Bound(number, *side) for side in sides if np.isfinite(side[1])]
     return bounds
 
 
@@ -181,7 +188,7 @@ def objectives_and_gradients(
     of the objective by the responses: ``1/n`` for the mean, ``(y_tr − mean_r) / (σ_r (n − 1))`` for
     the sigma of plain moments.
     """
-    numbers = [number for each in robust.objectives if (number := smooth_number(robust, each))]
+    numbers = _minimised(robust)
     if each_mean:
         r = len(robust.evaluate.response_names)
         numbers += [SmoothNumber(Statistic.MEAN, shares) for shares in np.eye(r)]
@@ -223,14 +230,12 @@ class _Problem:
     limits: DesignLimits | None = None
 
     @cached_property
-    def _bounded(self) -> list[tuple[SmoothNumber, float, float]]:
-        limits = self.robust.limits
-        return [] if limits is None else (_bounds(self.robust, limits) or [])
+    def _bounds(self) -> list[_Bound]:
+        return _bounds(self.robust) or []
 
     @cached_property
     def _numbers(self) -> list[SmoothNumber]:
-        every = [smooth_number(self.robust, each) for each in self.robust.objectives]
-        return [n for n in every if n is not None] + [number for number, *_ in self._bounded]
+        return _minimised(self.robust) + [bound.number for bound in self._bounds]
 
     def __call__(self, design: RealArray) -> tuple[RealArray, Callable[[], RealArray]]:
         """Return the objectives and the excess of a design, and a function for their gradients.
@@ -239,28 +244,18 @@ class _Problem:
         """
         numbers, slopes = _linearised(self.robust, design, self._numbers)
         signs = np.ones(len(numbers))
-        for row, (_, sign, bound) in enumerate(self._bounded, 2):
-            numbers[row], signs[row] = sign * (numbers[row] - bound), sign
-        limits = self.limits
-        if limits is None:
+        for row, (_, sign, value) in enumerate(self._bounds, 2):
+            numbers[row], signs[row] = sign * (numbers[row] - value), sign
+        if self.limits is None:
             return numbers, lambda: slopes() * signs[:, np.newaxis]
-        excess = limits.limits.excess(limits.requirements(design[np.newaxis]))[0]
+        limits, requirements = self.limits.limits, cast(Any, self.limits.requirements)
+        excess = limits.excess(requirements(design[np.newaxis]))[0]
 
         def gradients() -> RealArray:
-            of_limits = limits.limits.excess_slopes(self._requirement_slopes(design))
+            of_limits = limits.excess_slopes(requirements.gradient(design[np.newaxis])[0])
             return np.vstack([slopes() * signs[:, np.newaxis], of_limits])
 
         return np.concatenate([numbers, excess]), gradients
-
-    def _requirement_slopes(self, design: RealArray) -> RealArray:
-        """Return the derivatives of the limited numbers of a design, shape (r, k)."""
-        assert self.limits is not None
-        requirements: Any = self.limits.requirements
-        if hasattr(requirements, "gradient"):
-            return np.asarray(requirements.gradient(design[np.newaxis])[0])
-        space = self.robust.space
-        steps = np.where(space.upper > space.lower, DIFFERENCE * (space.upper - space.lower), 1.0)
-        return derivatives(requirements, design, steps).T
 
 
 class _Point(NamedTuple):
@@ -283,6 +278,8 @@ class _Landscape:
     - `size` (2 + c,): what an objective or an excess is divided by, so that one tolerance serves
       all.
     - `worst` (2,): largest objectives so far, scaled.
+    - `excess` (c,), `slope`: excess over the limits at the last design, scaled, and a function that
+      returns the gradients there, (2 + c, k), which cost more than the values.
     """
 
     problem: _Problem
@@ -291,9 +288,8 @@ class _Landscape:
     places: list[RealArray] = field(default_factory=list)
     values: list[RealArray] = field(default_factory=list)
     beyond: list[float] = field(default_factory=list)
-    excess: RealArray = field(default_factory=lambda: np.empty(0))
-    gradients: Callable[[], RealArray] | None = None
-    slope: RealArray = field(default_factory=lambda: np.empty((2, 0)))
+    excess: RealArray = field(init=False)
+    slope: Callable[[], RealArray] = field(init=False)
 
     @property
     def n_limits(self) -> int:
@@ -305,7 +301,7 @@ class _Landscape:
         if not self.places or not np.array_equal(self.places[-1], place):
             space = self.problem.robust.space
             design = space.lower + place * (space.upper - space.lower)
-            value, self.gradients = self.problem(design)
+            value, gradients = self.problem(design)
             scaled = value / self.size
             if np.isfinite(scaled).all():
                 self.worst = np.fmax(self.worst, scaled[:2])
@@ -313,7 +309,7 @@ class _Landscape:
                 scaled = np.r_[self.worst + WORSE, np.full(self.n_limits, WORSE)]
             self.places.append(place.copy())
             self.values.append(scaled[:2])
-            self.excess = scaled[2:]
+            self.excess, self.slope = scaled[2:], cache(partial(self._scaled, gradients))
             self.beyond.append(float(np.max(self.excess, initial=-np.inf)))
         return self.values[-1]
 
@@ -325,13 +321,14 @@ class _Landscape:
     def slope_at(self, place: RealArray) -> RealArray:
         """Return the gradients of the objectives and the excess (2 + c, k) at a scaled design."""
         self.at(place)
-        if self.gradients is not None:
-            space = self.problem.robust.space
-            slope = self.gradients() * (space.upper - space.lower) / self.size[:, np.newaxis]
-            # contiguous: SLSQP reads a strided row as if it were not
-            self.slope = np.ascontiguousarray(np.where(np.isfinite(slope).all(), slope, 0.0))
-            self.gradients = None
-        return self.slope
+        return self.slope()
+
+    def _scaled(self, gradients: Callable[[], RealArray]) -> RealArray:
+        """Return gradients by scaled designs; 0 where one is not finite."""
+        space = self.problem.robust.space
+        slope = gradients() * (space.upper - space.lower) / self.size[:, np.newaxis]
+        # contiguous: SLSQP reads a strided row as if it were not
+        return np.ascontiguousarray(np.where(np.isfinite(slope).all(), slope, 0.0))
 
     def _kept(self, n: int, *, goal: float) -> list[dict[str, Any]]:
         """Return the constraints of n scaled variables, perhaps with more after them."""

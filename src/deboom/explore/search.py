@@ -375,8 +375,8 @@ class _Archive(Around):
         parts = [f"generation {len(self.generations)} of {generations}"]
         if self.front is not None and len(self.front) and np.isfinite(self.today):
             change = (self.front.mean_sum.min() - self.today) / self.front.mean.shape[1]
-            unit = str(getattr(self._model, "response_unit", "")).removesuffix("(A)")
-            number = f"{change / self.n_lines:+.2g} {unit.removeprefix('1')}".strip()
+            unit = str(getattr(self._model, "response_unit", "1")).removesuffix("(A)")
+            number = f"{change / self.n_lines:+.2g}" + (f" {unit}" if unit != "1" else "")
             parts.append(f"best mean {number}".replace("-", "−"))
         parts += [f"{n_failed} failed"] if n_failed else []
         parts += [f"{n_worse} beyond limits"] if n_worse else []
@@ -615,9 +615,9 @@ def search(
     draws and no variable takes whole numbers only, gradients do the rest: of a model with exact
     slopes, such as a `deboom.BoomingModel` in prescribed or coupled motion, the whole front
     converges (`deboom.explore.descent.converged_front`), also within limits of means, sigmas and
-    numbers of the design itself, and joins what NSGA-II evaluated; of any other smooth model
-    without limits each `Pick` goes on by differences. Elsewhere picks are the best of all evaluated
-    designs. At last the designs that are shown are evaluated again.
+    numbers of the design itself that have a ``gradient``, and joins what NSGA-II evaluated; of any
+    other smooth model without limits each `Pick` goes on by differences. Elsewhere picks are the
+    best of all evaluated designs. At last the designs that are shown are evaluated again.
 
     Parameters
     ----------

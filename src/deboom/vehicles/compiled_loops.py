@@ -293,65 +293,16 @@ def coupled_loop(
 
 
 @lru_cache
-def flexible_loop(n_springs: int, lanes: int) -> Callable[..., None]:
-    """Return the loop for coupled motion with the receptance of every body.
+def flexible_loop(n_springs: int, lanes: int, *, with_slopes: bool) -> Callable[..., None]:
+    """Return the loop for coupled motion with the receptance of every body, and perhaps its slopes.
 
     It reads factors (chunk, k, lane) and `FlexibleTables`, and writes as `prescribed_loop` does.
-    Per line and vehicle ``p = Yᵀ (diag(1/(x K)) + Y_S + Y_B)⁻¹ u_free``, see `_eliminate`.
-    """
-    n_entries = n_springs * (n_springs + 5) // 2
+    With slopes it writes ``Σ_f Re(∂p_f/∂x_k / p_f)`` to `slopes` (chunk, v, k, lane), too, which it
+    leaves alone otherwise.
 
-    @_compile
-    def run(factors, tables, products, trusted):  # type: ignore[no-untyped-def]
-        n_lines, n_vehicles = tables.joined.shape[:2]
-        inverse_factor = np.empty((n_springs, lanes))
-        flexibility = np.empty((n_springs, 2, lanes))
-        z = np.empty((n_entries, 2, lanes))
-        pair = np.empty((2, n_springs + 2, 2, lanes))
-        scaled = np.empty((2, n_springs + 2, 2, lanes))
-        first = np.empty((2, lanes))
-        pressure = np.empty((2, lanes))
-        product = np.empty((n_vehicles, lanes))
-        for chunk in range(factors.shape[0]):
-            products[chunk] = 1.0
-            product[:] = 1.0
-            _invert_factors(factors[chunk], tables.variables, inverse_factor, lanes)
-            for line in range(n_lines):
-                _give_way(tables.compliance[line], inverse_factor, flexibility, lanes)
-                for vehicle in range(n_vehicles):
-                    joined = tables.joined[line, vehicle]
-                    _eliminate(
-                        joined,
-                        flexibility,
-                        z,
-                        pair,
-                        scaled,
-                        first,
-                        pressure,
-                        n_springs,
-                        False,
-                        lanes,
-                    )
-                    for lane in range(lanes):
-                        real, imag = pressure[0, lane], pressure[1, lane]
-                        product[vehicle, lane] *= real * real + imag * imag
-                if (line + 1) % GROUP == 0 or line + 1 == n_lines:
-                    for vehicle in range(n_vehicles):
-                        stored = products[chunk, vehicle, line // STORED]
-                        _settle(product[vehicle], stored, trusted[chunk])
-                    product[:] = 1.0
-
-    return run
-
-
-@lru_cache
-def flexible_slopes_loop(n_springs: int, lanes: int) -> Callable[..., None]:
-    """Return the loop that writes sums of levels and their slopes with the receptance of bodies.
-
-    It reads and writes as that of `flexible_loop`, and writes ``Σ_f Re(∂p_f/∂x_k / p_f)`` to
-    `slopes` (chunk, v, k, lane). With ``A = diag(1/(x K)) + Y_S + Y_B``, symmetric, forces
-    ``g = A⁻¹ u_free`` and ``t = A⁻¹ Y``, the derivatives are ``∂p/∂x_i = t_i g_i / (x_i² K_i)``:
-    values and slopes of a vehicle come from the same elimination.
+    Per line and vehicle ``p = Yᵀ A⁻¹ u_free`` with the symmetric ``A = diag(1/(x K)) + Y_S + Y_B``,
+    see `_eliminate`. With ``g = A⁻¹ u_free`` and ``t = A⁻¹ Y`` the derivatives are
+    ``∂p/∂x_i = t_i g_i / (x_i² K_i)``: values and slopes come from the same elimination.
     """
     n_entries = n_springs * (n_springs + 5) // 2
 
@@ -371,7 +322,8 @@ def flexible_slopes_loop(n_springs: int, lanes: int) -> Callable[..., None]:
         for chunk in range(factors.shape[0]):
             products[chunk] = 1.0
             product[:] = 1.0
-            slopes[chunk] = 0.0
+            if with_slopes:
+                slopes[chunk] = 0.0
             _invert_factors(factors[chunk], tables.variables, inverse_factor, lanes)
             for line in range(n_lines):
                 _give_way(tables.compliance[line], inverse_factor, flexibility, lanes)
@@ -386,15 +338,18 @@ def flexible_slopes_loop(n_springs: int, lanes: int) -> Callable[..., None]:
                         first,
                         pressure,
                         n_springs,
-                        True,
+                        with_slopes,
                         lanes,
                     )
                     for lane in range(lanes):
                         real, imag = pressure[0, lane], pressure[1, lane]
                         square = real * real + imag * imag
                         product[vehicle, lane] *= square
-                        inverse[0, lane] = real / square
-                        inverse[1, lane] = -imag / square
+                        if with_slopes:
+                            inverse[0, lane] = real / square
+                            inverse[1, lane] = -imag / square
+                    if not with_slopes:
+                        continue
                     _substitute_back(joined, z, first, solved, n_springs, lanes)
                     for s in range(n_springs):
                         slope = slopes[chunk, vehicle, tables.variables[s]]

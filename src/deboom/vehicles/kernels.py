@@ -141,7 +141,8 @@ class LevelSum:
         n, lanes = len(designs), _slope_lanes(designs)
         if isinstance(self.case, FlexibleMotion):
             columns = np.arange(designs.shape[1])
-            run = compiled_loops.flexible_slopes_loop(self.tables.variables.size, lanes)
+            n_springs = self.tables.variables.size
+            run = compiled_loops.flexible_loop(n_springs, lanes, with_slopes=True)
         else:
             columns = self.columns
             run = compiled_loops.prescribed_slopes_loop(columns.size, lanes)
@@ -192,8 +193,9 @@ class LevelSum:
                 factors = np.ascontiguousarray(factors[:, self.columns])
                 run(factors, self.tables, products, trusted)
             elif isinstance(self.case, FlexibleMotion):
-                run = compiled_loops.flexible_loop(self.tables.variables.size, lanes)
-                run(factors, self.tables, products, trusted)
+                n_springs = self.tables.variables.size
+                run = compiled_loops.flexible_loop(n_springs, lanes, with_slopes=False)
+                run(factors, self.tables, products, np.empty((0, 0, 0, 0)), trusted)
             else:
                 run = compiled_loops.coupled_loop(*self._loop_sizes, lanes)
                 tolerance, ratio = (

@@ -211,8 +211,6 @@ class MountRequirements:
     - `quantities`: at least one quantity.
     """
 
-    smooth = True
-
     variable_names: tuple[str, ...]
     quantities: tuple[Quantity, ...]
 

@@ -9,7 +9,6 @@ import pytest
 
 from deboom.bench.campaign import NO_ERRORS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
-from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.response_surface import standard_models
@@ -19,21 +18,10 @@ from deboom.pages.mount_characterisation import characterise_given, direction_nu
 from deboom.report.report import Picture, Report
 from deboom.runs.runner import load_study, run_study
 from pinned_pages import hold
+from samples.campaign_runs import SEVEN_RUNS
 
 DRAWN = Report.figure
 STUDY = load_study("mount_characterisation")
-RUNS = tuple(
-    PlannedRun(gear, torque, full_load)
-    for gear, torque, full_load in (
-        (5, 120.0, True),
-        (5, 220.0, True),
-        (5, 60.0, False),
-        (5, 180.0, False),
-        (6, 140.0, False),
-        (7, 220.0, True),
-        (7, 100.0, False),
-    )
-)
 LINES = np.arange(20.0, 80.5, 1.0)
 
 
@@ -41,7 +29,7 @@ LINES = np.arange(20.0, 80.5, 1.0)
 def campaign(tmp_path_factory):
     """Seven runs of one bench."""
     folder = tmp_path_factory.mktemp("measured") / "seven_runs"
-    return write_campaign(folder, 1, CampaignPlan(("M1",), RUNS, 2, frequency=LINES))
+    return write_campaign(folder, 1, CampaignPlan(("M1",), SEVEN_RUNS, 2, frequency=LINES))
 
 
 @pytest.fixture(scope="module")
@@ -158,7 +146,7 @@ def test_bad_requests_are_refused_in_words(campaign, tmp_path, changes, message)
 
 
 def test_without_errors_nothing_but_the_model_form_is_left(tmp_path):
-    plan = CampaignPlan(("M1",), RUNS, 1, frequency=LINES[::2])
+    plan = CampaignPlan(("M1",), SEVEN_RUNS, 1, frequency=LINES[::2])
     folder = write_campaign(tmp_path / "exact", 1, plan, NO_ERRORS)
     exact = characterise_given(folder, "M1", CharacteriseOptions(), lambda *_: None)
     assert direction_numbers(exact)["error"].max() < 0.0105

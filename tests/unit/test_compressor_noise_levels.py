@@ -52,8 +52,7 @@ def error_summary(noise):
 
 def case(*sweeps):
     bands = tuple(
-        NoiseBand(*(sweep_name.level(sweep_name.total) + off for off in (-1, 1, -1, 1)))
-        for sweep_name in sweeps
+        NoiseBand(*(each.level(each.total) + off for off in (-1, 1, -1, 1))) for each in sweeps
     )
     return CarNoise("EV", 1, sweeps, bands, (), 1.0)
 

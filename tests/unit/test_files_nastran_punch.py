@@ -162,10 +162,10 @@ def with_receptance(folder):
         size = 1e-7 * np.exp(-0.02j * lines)
         functions = [
             UffFunction(
-                lines, size / (1 + (function is not other)), 4, function.node, function.direction,
+                lines, size / (1 + (path is not other)), 4, path.node, path.direction,
                 other.node, other.direction, "displacement", "m", "force", "N",
             )
-            for function in paths
+            for path in paths
             for other in paths
         ]  # fmt: skip
         write_uff(folder / f"noise_transfer/{vehicle}_body.uff", functions)
@@ -196,11 +196,9 @@ def test_a_platform_of_punched_functions_has_the_numbers_of_its_uff_files(tmp_pa
     after = read_platform(other)
     assert check_platform(other).faults == ()
     assert other / "noise_transfer/wagon.csv" in after.input_files
-    for function, same in zip(after.fleet.vehicles, before.fleet.vehicles, strict=True):
-        np.testing.assert_allclose(
-            function.noise_transfer.values, same.noise_transfer.values, rtol=1e-8
-        )
-        np.testing.assert_allclose(function.receptance.values, same.receptance.values, rtol=1e-8)
+    for car, same in zip(after.fleet.vehicles, before.fleet.vehicles, strict=True):
+        np.testing.assert_allclose(car.noise_transfer.values, same.noise_transfer.values, rtol=1e-8)
+        np.testing.assert_allclose(car.receptance.values, same.receptance.values, rtol=1e-8)
 
 
 def test_op2_is_named_with_the_export_that_works(tmp_path):

@@ -140,8 +140,8 @@ def test_a_platform_of_saved_functions_has_the_numbers_of_its_uff_files(tmp_path
     toml.write_text(toml.read_text(encoding="utf-8").replace("wagon.uff", "wagon.npz"))
     assert check_platform(folder).faults == ()
     after = read_platform(folder)
-    for function, same in zip(after.fleet.vehicles, before.fleet.vehicles, strict=True):
-        np.testing.assert_allclose(function.noise_transfer.values, same.noise_transfer.values)
+    for car, same in zip(after.fleet.vehicles, before.fleet.vehicles, strict=True):
+        np.testing.assert_allclose(car.noise_transfer.values, same.noise_transfer.values)
 
 
 class Trap:

@@ -14,7 +14,6 @@ from deboom.bench.campaign import CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.compressor_rig import placement_errors
 from deboom.bench.compressor_writer import tolerance_section, write_compressor_test
-from deboom.bench.operating_run import PlannedRun
 from deboom.choices import CalibrationLevel
 from deboom.compressor.identification import IdentifyOptions
 from deboom.compressor.identify import identify
@@ -30,21 +29,10 @@ from deboom.mounts.characterise import characterise
 from deboom.mounts.characterised_mount import ASSUMED
 from deboom.runs.progress import assumptions
 from deboom.runs.runner import load_study, run_study
+from samples.campaign_runs import SEVEN_RUNS
 
 GUIDE = Path(__file__).parents[2] / "docs" / "guides" / "your-own-data.md"
-RUNS = tuple(
-    PlannedRun(gear, torque, full_load)
-    for gear, torque, full_load in (
-        (5, 120.0, True),
-        (5, 220.0, True),
-        (5, 60.0, False),
-        (5, 180.0, False),
-        (6, 140.0, False),
-        (7, 220.0, True),
-        (7, 100.0, False),
-    )
-)
-PLAN = CampaignPlan(("M1",), RUNS, 2, frequency=np.linspace(20.0, 80.0, 41))
+PLAN = CampaignPlan(("M1",), SEVEN_RUNS, 2, frequency=np.linspace(20.0, 80.0, 41))
 
 
 def without(folder, copy, *sections, name="campaign.toml"):
@@ -98,8 +86,8 @@ def test_the_guide_lists_every_default():
 def test_what_is_stated_stays_and_what_is_not_is_said(section):
     keys = list(section.model_fields)
     whole = section(**dict.fromkeys(keys, 0.01))
-    assert completed(whole, "a.toml") == (whole, "")
-    filled, words = completed(section(**{keys[0]: 0.01}), "a.toml")
+    assert completed(whole, "a.toml") == (whole, ())
+    filled, (words,) = completed(section(**{keys[0]: 0.01}), "a.toml")
     assert getattr(filled, keys[0]) == 0.01
     assert words.startswith(f"{len(keys) - 1} tolerances are defaults of their sensors' classes")
     assert words.endswith("state what you know in [tolerances] of a.toml.")
@@ -109,9 +97,8 @@ def test_what_is_stated_stays_and_what_is_not_is_said(section):
         key: pytest.approx(getattr(filled, key), rel=1e-2) for key in keys[1:]
     }
     stated_alone = section(**dict.fromkeys(keys[1:], 0.01))
-    assert completed(stated_alone, "a.toml")[1].startswith(
-        "1 tolerance is a default of its sensor's class"
-    )
+    _, (words,) = completed(stated_alone, "a.toml")
+    assert words.startswith("1 tolerance is a default of its sensor's class")
 
 
 def test_a_light_campaign_gives_wider_intervals_and_says_why(stated, light):

@@ -130,21 +130,21 @@ def test_reversed_channel_is_named_and_can_be_switched_off():
         characterise(campaign_of(rig), "P1")
     steps = []
     mended = campaign_of(replace(rig, switched_off=("A2 x",)))
-    mount = characterise(mended, "P1", QUICK, lambda *step: steps.append(step))
+    result = characterise(mended, "P1", QUICK, lambda *step: steps.append(step))
     assert [step[:2] for step in steps] == [(done, 4) for done in range(5)]
-    true = true_stiffness(mount.directions["E x"].measured.wheel_torque)[:, 0]
-    assert mount.directions["E x"].measured.stiffness == pytest.approx(true, rel=1e-6)
+    true = true_stiffness(result.directions["E x"].measured.wheel_torque)[:, 0]
+    assert result.directions["E x"].measured.stiffness == pytest.approx(true, rel=1e-6)
 
 
 def test_another_order_of_the_angles_is_named():
     """The sheet says RxRyRz, the sensors are turned by RzRyRx: five sensors disagree."""
 
-    def misread(axes):
-        if axes.kind is not SensorKind.ACCELEROMETER:
-            return axes
-        angles = Rotation.from_matrix(axes.orientation).as_euler("xyz")
+    def misread(sensor):
+        if sensor.kind is not SensorKind.ACCELEROMETER:
+            return sensor
+        angles = Rotation.from_matrix(sensor.orientation).as_euler("xyz")
         turned = rotation_matrix(angles, "RxRyRz")
-        return replace(axes, orientation=turned, rotation_order="RxRyRz")
+        return replace(sensor, orientation=turned, rotation_order="RxRyRz")
 
     sensors = tuple(map(misread, Rig().sensors))
     with pytest.raises(

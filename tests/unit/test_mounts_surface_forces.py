@@ -46,8 +46,8 @@ def mount(**new):
         MountIdentity("spring", "TSM", "M1"),
         Mount("TSM", "", ("",), ((0.2, 0.0, -0.3),), ("x",)),
         tuple(
-            CharacterisedDirection(axis, direction, DirectionQuality(identified=False))
-            for axis, direction in directions.items()
+            CharacterisedDirection(axis, map_points, DirectionQuality(identified=False))
+            for axis, map_points in directions.items()
         ),
         {},
     )
@@ -61,8 +61,8 @@ def test_a_surface_over_the_force_along_the_main_axis():
     surface = surface_forces.surface_over_main_force(mount(), "z")
     assert surface.preload_unit == "N"
     assert surface.n_lines_ == len(TORQUES) * (FREQUENCY.size - 2)
-    force = surface.predict([1000.0, 1.6e-4, 40.0], extrapolate=True)
-    assert force == pytest.approx(1e5 + 50e3 + 4e3 + 2e3j, rel=1e-3)
+    stiffness = surface.predict([1000.0, 1.6e-4, 40.0], extrapolate=True)
+    assert stiffness == pytest.approx(1e5 + 50e3 + 4e3 + 2e3j, rel=1e-3)
 
 
 def test_noise_of_the_static_force_is_smoothed_run_by_run():

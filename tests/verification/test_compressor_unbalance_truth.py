@@ -284,9 +284,9 @@ def test_what_cannot_be_used_is_refused():
     slow, _ = sample(1, lines=np.arange(17.0, 41.0))
     with pytest.raises(InputError, match="never leaves the resonances"):
         unbalance(slow, identified())
-    test, *_, identification = softened()
+    test, *_, result = softened()
     with pytest.raises(InputError, match="there is no route b, only d, e"):
-        identification.by_letter("b")
+        result.by_letter("b")
     struck = test.hammer
     sensors = tuple(replace(sensor, name=f"{sensor.name}'") for sensor in struck.sensors)
     names = tuple(name for sensor in sensors for name in sensor.channels)

@@ -102,13 +102,11 @@ def at_point(test, response, excitation, generator, **errors):
 
 def test_reciprocity_falls_with_a_gyroscopic_pair_and_names_it(hammer):
     test, response, excitation, generator = hammer
-    reciprocity = at_point(test, response, excitation, generator)
-    assert quality.reciprocity(reciprocity).worst()[1] > 0.95
-    values = reciprocity.values.copy()
+    frf = at_point(test, response, excitation, generator)
+    assert quality.reciprocity(frf).worst()[1] > 0.95
+    values = frf.values.copy()
     values[:, 1, 3] *= -1.0
-    turned = Frf(
-        reciprocity.frequency, values, reciprocity.outputs, reciprocity.inputs, reciprocity.unit
-    )
+    turned = Frf(frf.frequency, values, frf.outputs, frf.inputs, frf.unit)
     pair, value = quality.reciprocity(turned).worst(smallest=0.0)
     assert pair == "y–rx"
     assert value < 0.1

@@ -12,6 +12,7 @@ from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.powertrain import load_bench
 from deboom.files.campaign import read_campaign
 from deboom.mounts.characterise import cross_stiffness_of_campaign
+from deboom.mounts.cross_stiffness import QUANTILE
 
 
 def test_the_alarm_names_the_mount_and_the_angles_that_its_runs_decide(tmp_path):
@@ -39,7 +40,7 @@ def test_the_alarm_names_the_mount_and_the_angles_that_its_runs_decide(tmp_path)
     for angle, deviation, true, decided in zip(
         alarm.angles, alarm.deviations, turned, alarm.decided, strict=True
     ):
-        assert abs(angle - true) < 3.0 * deviation
+        assert abs(angle - true) < QUANTILE * deviation
         if decided:
             assert abs(np.rad2deg(angle - true)) < 4.0
     stated = cross_stiffness_of_campaign(campaign)

@@ -526,7 +526,6 @@ def read_campaign(
             static_curves = for_each(lambda entry: _static_curve(folder, entry), curves)
     tolerances, defaults = completed(file.tolerances, CAMPAIGN_FILE)
     powertrain = file.powertrain
-    unweighed = "" if powertrain else UNWEIGHED
     return Campaign(
         name=file.name,
         mounts=tables.mounts,
@@ -548,7 +547,7 @@ def read_campaign(
         tolerances=Tolerances(**values_of(tolerances)),
         input_files=(*tables.paths, *with_their_tables(folder / name for name in read)),
         excited=file.engine.loads,
-        assumed=tuple(filter(None, (defaults, unweighed))),
+        assumed=defaults if powertrain else (*defaults, UNWEIGHED),
     )
 
 

@@ -25,6 +25,7 @@ from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT
 from deboom.files.schema import StrictModel, doubled, refuse_all
 from deboom.files.tables import workbook_bytes, write_frame
 from deboom.files.vehicle import VEHICLE_FILE, VehicleFile, read_vehicle
+from deboom.measurement.compressor_test import OperatingTest
 from deboom.measurement.driving_points import fault_of_hammer_test
 from deboom.measurement.electric_car import refuse_contradictions_of_car
 from deboom.measurement.impact_test import HammerOptions, hammer_frfs
@@ -150,6 +151,11 @@ def _compressor(folder: Path) -> Iterator[tuple[str, str]]:
 
 def _operation(folder: Path) -> Iterator[tuple[str, str]]:
     held = read_operating_test(folder)
+    yield from _running(folder, held)
+    yield from _assumed(held.hammer.assumed)
+
+
+def _running(folder: Path, held: OperatingTest) -> Iterator[tuple[str, str]]:
     with naming(folder):
         for hammer in filter(None, (held.hammer, held.hammer_with_hoses)):
             refuse_implausible(hammer)
@@ -158,7 +164,6 @@ def _operation(folder: Path) -> Iterator[tuple[str, str]]:
         lines = sweep.acceleration.frequency
         yield "sweep", f"{sweep.name}: {60 * lines[0]:.0f} to {60 * lines[-1]:.0f} rpm"
     yield "hoses", ", ".join(hose.name for hose in held.hoses) or "no drawing"
-    yield from _assumed(held.hammer.assumed)
 
 
 def _car(folder: Path) -> Iterator[tuple[str, str]]:
@@ -167,9 +172,8 @@ def _car(folder: Path) -> Iterator[tuple[str, str]]:
         refuse_contradictions_of_car(held)
     yield "car", f"{held.name}, {held.ear}"
     yield "points", ", ".join(f"{point.name} ({point.kind.value})" for point in held.points)
-    yield from _operation(folder)
-    of_hammer = held.operation.hammer.assumed
-    yield from _assumed([sentence for sentence in held.assumed if sentence not in of_hammer])
+    yield from _running(folder, held.operation)
+    yield from _assumed(held.assumed)
 
 
 def _component(folder: Path) -> Iterator[tuple[str, str]]:

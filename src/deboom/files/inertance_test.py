@@ -170,7 +170,7 @@ class ToleranceSection(StrictModel):
         - `file`: name of the file, for the sentence.
         """
         section, defaults = completed(self, file)
-        return PlacementTolerances(**values_of(section)), (defaults,) if defaults else ()
+        return PlacementTolerances(**values_of(section)), defaults
 
 
 class DrawingSection(StrictModel):

@@ -42,8 +42,8 @@ class SignalRow(TableRow):
 
     - `role`: ``response`` or ``reference``.
     - `node`: number; ``""`` for all others of the role.
-    - `direction`: ``+x`` … ``-z`` or ``scalar``, with a node; ``""`` for all others of it. The sign
-      does not count.
+    - `direction`: ``+x`` … ``-rz`` or ``scalar``, with a node; ``""`` for all others of it. The
+      sign does not count.
     - `quantity`: such as ``acceleration``, ``pressure`` or ``force``.
     - `unit`: of the values in the file, such as ``g`` or ``N``.
     """
@@ -68,7 +68,7 @@ class SignalRow(TableRow):
         if self.direction and (not self.node or self.direction not in DIRECTIONS.values()):
             raise InputError(
                 f"direction '{self.direction}': state it beside a node, as one of "
-                f"{', '.join(dict.fromkeys(DIRECTIONS.values()))}"
+                f"{', '.join(DIRECTIONS.values())}"
             )
         if self.quantity not in _SI:
             raise InputError(f"unknown quantity '{self.quantity}', use {', '.join(_SI)}")

@@ -88,16 +88,17 @@ CLASS_DEFAULTS: Mapping[str, ClassDefault] = {
 """Key of a tolerance without its unit → its default."""
 
 
-def completed(section: _Section, file: str) -> tuple[_Section, str]:
+def completed(section: _Section, file: str) -> tuple[_Section, tuple[str, ...]]:
     """Give a section the defaults of the tolerances that it does not state.
 
     - `section`: of a folder's TOML file; keys that are not stated are None.
     - `file`: name of that file.
-    - returns the section without None, what is stated as it was; and which tolerances are defaults,
-      in words for a reader of results, empty where all are stated.
+    - returns the section without None, what is stated as it was; and a sentence for a reader of
+      results on which tolerances are defaults, none where all are stated.
     """
     defaults = {key: _default(key) for key, value in section if value is None}
-    return section.model_copy(update=defaults), _words(defaults, file)
+    words = (_words(defaults, file),) if defaults else ()
+    return section.model_copy(update=defaults), words
 
 
 def _default(key: str) -> float:
@@ -106,8 +107,6 @@ def _default(key: str) -> float:
 
 
 def _words(defaults: Mapping[str, float], file: str) -> str:
-    if not defaults:
-        return ""
     sensors: dict[str, list[str]] = {}
     for key, value in defaults.items():
         sensor = CLASS_DEFAULTS[key_without_unit(key)].sensor

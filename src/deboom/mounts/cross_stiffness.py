@@ -59,15 +59,19 @@ RIDGE = 1e-9
 """Keeps terms apart that the lines do not tell apart [1]."""
 
 PAIRS = tuple((a, b) for a in range(3) for b in range(3) if a != b)
+"""Axes that may lean towards each other."""
+
 GRID = tuple(product(np.deg2rad([-18.0, 0.0, 18.0]), repeat=3))
+"""Angles among which starts are chosen [rad]."""
+
 STARTS = 6
+"""Starts from which the angles are looked for where they matter."""
+
 NEAR = np.deg2rad(1.0)
 """Fits whose angles differ by less have ended in one maximum [rad]."""
 
 LIKELY = 2.0
 """Maxima of the posterior whose logarithm lies this far below the best are left out."""
-
-"""Starts from which the angles are looked for where they matter."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +113,7 @@ class CrossStiffness:
                 "stiffness, which factors along axes do not describe"
             )
         named = [
-            f"r{axis} = {np.rad2deg(angle):.0f} ± {np.rad2deg(QUANTILE * deviation):.0f} deg"
+            f"r{axis} = {np.rad2deg(angle):z.0f} ± {np.rad2deg(QUANTILE * deviation):.0f} deg"
             for axis, angle, deviation, decided in zip(
                 AXES, self.angles, self.deviations, self.decided, strict=True
             )
@@ -162,8 +166,10 @@ class _Comparison:
         for axis in range(3):
             felt = np.hypot(np.abs(moved[:, axis]), OTHER_AXES * whole) * size
             terms = _stiffness_terms(np.column_stack([self.state, _scaled(np.log(felt))]))
-            others = np.delete(moved, axis, axis=1) if cross else None
-            rests.append(_unexplained(pushed[:, axis], moved[:, axis], terms, others))
+            columns = terms * moved[:, axis, np.newaxis]
+            if cross:  # a constant stiffness each
+                columns = np.hstack([columns, np.delete(moved, axis, axis=1)])
+            rests.append(_unexplained(pushed[:, axis], columns))
         return np.stack(rests)
 
     def misfit(self, unknowns: RealArray) -> float:
@@ -177,17 +183,18 @@ class _Comparison:
 
     def solve(self, start: RealArray, misfit: float, *, turned: bool = True) -> OptimizeResult:
         """Fit the unknowns, or those of sensors and shaker alone."""
+        first = 0 if turned else 3
 
         def residuals(free: RealArray) -> RealArray:
-            unknowns = free if turned else np.concatenate([np.zeros(3), free])
+            unknowns = np.concatenate([np.zeros(first), free])
             prior = np.concatenate([unknowns[:3] / USUAL_ANGLE, unknowns[3:]])
             return np.concatenate([self.weighted(self.rest(unknowns), misfit), prior])
 
         scale = np.concatenate([np.full(3, 0.1), np.ones(12)])
         return least_squares(
             residuals,
-            start if turned else start[3:],
-            x_scale=scale if turned else scale[3:],
+            start[first:],
+            x_scale=scale[first:],
             ftol=1e-3,
             xtol=1e-4,
             max_nfev=30,
@@ -271,10 +278,8 @@ def cross_stiffness_of_maps(
         if len(of_axes) < len(AXES):
             continue
         first = of_axes[0]
-        moved, pushed = (
-            np.stack([getattr(measured, name) for measured in of_axes], axis=1)
-            for name in ("displacement", "force")
-        )
+        moved = np.stack([measured.displacement for measured in of_axes], axis=1)
+        pushed = np.stack([measured.force for measured in of_axes], axis=1)
         state = np.stack([first.wheel_torque, first.frequency], axis=1)
         judged.append(cross_stiffness(mount, moved, pushed, state, tolerances))
     return tuple(judged)
@@ -325,22 +330,8 @@ def _stiffness_terms(variables: RealArray) -> RealArray:
     return np.column_stack([*terms, preload])
 
 
-def _unexplained(
-    force: ComplexArray, displacement: ComplexArray, terms: RealArray, others: ComplexArray | None
-) -> ComplexArray:
-    """Return what a stiffness of the terms leaves of a force by least squares, shape (n,).
-
-    Normal equations are real as long as the terms are; a ridge keeps them solvable. The other
-    displacements (n, 2) have a constant stiffness each.
-    """
-    if others is None:
-        size = np.linalg.norm(terms * np.abs(displacement)[:, np.newaxis], axis=0)
-        scaled = terms / np.maximum(size, np.finfo(float).tiny)
-        gram = scaled.T @ (scaled * np.abs(displacement[:, np.newaxis]) ** 2)
-        right = scaled.T @ (displacement.conj() * force)
-        stiffness = np.linalg.solve(gram + RIDGE * np.eye(len(gram)), right)
-        return np.asarray(force - displacement * (scaled @ stiffness))
-    columns = np.hstack([terms * displacement[:, np.newaxis], others])
-    columns = columns / np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
-    gram = columns.conj().T @ columns + RIDGE * np.eye(columns.shape[1])
-    return np.asarray(force - columns @ np.linalg.solve(gram, columns.conj().T @ force))
+def _unexplained(force: ComplexArray, columns: ComplexArray) -> ComplexArray:
+    """Return what columns (n, k) leave of a force by least squares, shape (n,)."""
+    scaled = columns / np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
+    gram = scaled.conj().T @ scaled + RIDGE * np.eye(scaled.shape[1])
+    return np.asarray(force - scaled @ np.linalg.solve(gram, scaled.conj().T @ force))

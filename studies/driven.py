@@ -116,85 +116,103 @@ def _at_peak(levels: RealArray, frequency: RealArray, peak: float) -> RealArray:
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Compare the changes at every booming peak that was measured with today's parts."""
     del context  # nothing here can be resumed
-    study, measured, folder, seed = model.study, model.measured, options.folder, options.seed
-    index, frequency = study.index, np.asarray(study.index.frequency)
-    both = np.stack([study.space.nominal, study.picked])
-    predicted = index.levels(both)
-    again = uncertain_index(index, study.platform, study.parts).draws(DRAWS, seed)
-    drawn = np.stack([model.levels(both) for model in again])
-    order = study.load_cases[0][0].order
-    rows = []
-    for row, vehicle in enumerate(study.vehicles):
-        mean = measured["today"][:, row].mean(axis=0)
-        for peak in booming_peaks(mean, frequency, order):
-            level_of = {s: _at_peak(measured[s][:, row], frequency, peak.frequency) for s in STATES}
-            old, new = _at_peak(predicted[:, row], frequency, peak.frequency)
-            spread = np.diff(_at_peak(drawn[:, :, row], frequency, peak.frequency), axis=1)
-            change = float(level_of["new"].mean() - level_of["today"].mean())
-            limits = (_half_width(*level_of.values()), 1.96 * float(spread.std(ddof=1)))
-            kept = abs(change - new + old) <= np.hypot(*limits)
-            rows.append(
-                {
-                    "vehicle": vehicle,
-                    "frequency [Hz]": peak.frequency,
-                    "measured today [dB(A)]": float(level_of["today"].mean()),
-                    "predicted today [dB(A)]": float(old),
-                    "measured change [dB]": change,
-                    "± measured [dB]": limits[0],
-                    "predicted change [dB]": float(new - old),
-                    "± predicted [dB]": limits[1],
-                    "verdict": (
-                        OPEN if np.isnan(limits[0]) else AS_PREDICTED if kept else OTHERWISE
-                    ),
-                }
-            )
-    if not rows:
+    folder, table = options.folder, _peak_table(model, options.seed)
+    if table.empty:
         raise InputError(f"{folder}: no vehicle has a booming peak with today's parts")
-    table = pd.DataFrame(rows)
-    counts = {word: int((table["verdict"] == word).sum()) for word in (AS_PREDICTED, OPEN)}
-    kept, undecided = counts.values()
+    kept, undecided = (int((table["verdict"] == word).sum()) for word in (AS_PREDICTED, OPEN))
     means = [float(table[f"{what} change [dB]"].mean()) for what in ("measured", "predicted")]
+    drives = [len(model.measured[state]) for state in STATES]
+    driven = (
+        f"{drives[0]} drives with today's parts, {drives[1]} with {design_name(model.study.pick)}"
+    )
     report = Report("The prototype, driven", QUESTION)
-    drives, built = [len(measured[state]) for state in STATES], design_name(study.pick)
+    average = f"{signed(means[0], 1)} dB", f"measured on average, {signed(means[1], 1)} predicted"
+    count = f"{kept} of {len(table)}"
     if undecided:
         report.warn("One drive each: the uncertainty of the measured change is not known.")
         report.tile("not decided", "one drive of each state does not say how far drives differ")
+        decided = "Not decided whether"
+        sure = (
+            "One drive of each state does not say how far drives differ: drive each twice or more."
+        )
     else:
-        report.tile(f"{kept} of {len(table)}", "booming peaks changed as predicted")
-    average = f"{signed(means[0], 1)} dB", f"measured on average, {signed(means[1], 1)} predicted"
+        report.tile(count, "booming peaks changed as predicted")
+        decided = count
+        sure = "How sure: both half widths hold 95 %; a difference within both is as predicted."
     report.tile(*average)
-    decided = "Not decided whether" if undecided else f"{kept} of {len(table)}"
     report.answer(
-        f"{decided} booming peaks changed as predicted: {' '.join(average)}.",
-        "One drive of each state does not say how far drives differ: drive each twice or more."
-        if undecided
-        else "How sure: both half widths hold 95 %; a difference within both is as predicted.",
-        f"{drives[0]} drives with today's parts, {drives[1]} with {built}.",
+        f"{decided} booming peaks changed as predicted: {' '.join(average)}.", sure, f"{driven}."
     )
-    shown = ["vehicle", "frequency [Hz]", "measured change [dB]", "± measured [dB]"]
-    shown += ["predicted change [dB]", "± predicted [dB]", "verdict"]
-    decimals = {name: 1 for name in shown if name.endswith("[dB]")} | {"frequency [Hz]": 0}
-    report.panel("Each booming peak", Table(table[shown], "", decimals), wide=True)
-    run_of = options.run.as_posix()
-    report.panel(
-        "What to do next",
-        Step(f"deboom driven {run_of} {folder.as_posix()}", "again, with a table of each drive"),
-        Step("deboom characterise CAMPAIGN", "the parts that were driven, where they differ"),
-        Step(f"deboom listen {run_of}", "hear what was predicted"),
-    )
+    _panels(report, table, options)
     report.section(
         "Measured and predicted change",
-        f"{drives[0]} drives with today's parts, {drives[1]} with {built}; highest "
-        f"level within {TOLERANCE:g} Hz of each measured peak. Both half widths are for 95 %: of "
-        f"the drives by Student's t, of the prediction over {DRAWS} repeats of its measurements. "
-        "A difference within both together is as predicted. Prototypes that differ from their "
-        "drawing show here too: characterise the parts that were driven.",
+        f"{driven}; highest level within {TOLERANCE:g} Hz of each measured peak. Both half widths "
+        f"are for 95 %: of the drives by Student's t, of the prediction over {DRAWS} repeats of "
+        "its measurements. A difference within both together is as predicted. Prototypes that "
+        "differ from their drawing show here too: characterise the parts that were driven.",
     )
     report.table("driven", table, "Every booming peak with today's parts.")
     report.summary |= {"n_peaks": len(table), "n_as_predicted": kept, "n_not_decided": undecided}
     report.summary |= {"measured_change_db": means[0], "predicted_change_db": means[1]}
     report.inputs += sorted(path for path in folder.iterdir() if path.is_file())
     return report
+
+
+def _peak_table(model: Model, seed: int) -> pd.DataFrame:
+    """Tabulate the measured and the predicted change of every booming peak, with half widths."""
+    study, measured = model.study, model.measured
+    index, frequency = study.index, np.asarray(study.index.frequency)
+    both = np.stack([study.space.nominal, study.picked])
+    predicted = index.levels(both)
+    again = uncertain_index(index, study.platform, study.parts).draws(DRAWS, seed)
+    drawn = np.stack([repeated.levels(both) for repeated in again])
+    order = study.load_cases[0][0].order
+    rows = []
+    for row, vehicle in enumerate(study.vehicles):
+        mean = measured["today"][:, row].mean(axis=0)
+        for peak in booming_peaks(mean, frequency, order):
+            today, new = (_at_peak(measured[s][:, row], frequency, peak.frequency) for s in STATES)
+            before, after = _at_peak(predicted[:, row], frequency, peak.frequency)
+            spread = np.diff(_at_peak(drawn[:, :, row], frequency, peak.frequency), axis=1)
+            change = float(new.mean() - today.mean())
+            limits = (_half_width(today, new), 1.96 * float(spread.std(ddof=1)))
+            rows.append(
+                {
+                    "vehicle": vehicle,
+                    "frequency [Hz]": peak.frequency,
+                    "measured today [dB(A)]": float(today.mean()),
+                    "predicted today [dB(A)]": float(before),
+                    "measured change [dB]": change,
+                    "± measured [dB]": limits[0],
+                    "predicted change [dB]": float(after - before),
+                    "± predicted [dB]": limits[1],
+                    "verdict": _verdict(change - after + before, *limits),
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def _verdict(difference: float, measured: float, predicted: float) -> str:
+    """Judge a difference by both half widths [dB]; that of the drives is nan where none tells."""
+    if np.isnan(measured):
+        return OPEN
+    return AS_PREDICTED if abs(difference) <= np.hypot(measured, predicted) else OTHERWISE
+
+
+def _panels(report: Report, table: pd.DataFrame, options: Options) -> None:
+    """Show each booming peak, and what to do next."""
+    shown = ["vehicle", "frequency [Hz]", "measured change [dB]", "± measured [dB]"]
+    shown += ["predicted change [dB]", "± predicted [dB]", "verdict"]
+    decimals = {name: 1 for name in shown if name.endswith("[dB]")} | {"frequency [Hz]": 0}
+    report.panel("Each booming peak", Table(table[shown], "", decimals), wide=True)
+    run_of = options.run.as_posix()
+    again = f"deboom driven {run_of} {options.folder.as_posix()}"
+    report.panel(
+        "What to do next",
+        Step(again, "again, with a table of each drive"),
+        Step("deboom characterise CAMPAIGN", "the parts that were driven, where they differ"),
+        Step(f"deboom listen {run_of}", "hear what was predicted"),
+    )
 
 
 def _half_width(first: RealArray, second: RealArray) -> float:

@@ -275,7 +275,8 @@ def _tiles(report: Report, chosen: _Selection) -> None:
 def _answer_in_words(chosen: _Selection) -> tuple[str, str, str]:
     """Return what to order, how that was verified, and the names of the mounts."""
     front = chosen.front
-    advice = f"Order {', '.join(chosen.parts(chosen.best))}"
+    order = f"Order {', '.join(chosen.parts(chosen.best))}"
+    advice = order if chosen.is_heard else "Order nothing new"
     # without re-tuning the search ends where the list of all sets does
     stated = list(chosen.effects.items())[: None if chosen.retuned else 1]
     words = [
@@ -284,8 +285,7 @@ def _answer_in_words(chosen: _Selection) -> tuple[str, str, str]:
         for what, (_, change) in stated
     ]
     return (
-        f"{advice if chosen.is_heard else 'Order nothing new'}: at the best the catalogue's "
-        f"{'; '.join(words)}.",
+        f"{advice}: at the best the catalogue's {'; '.join(words)}.",
         f"Mean level at the driver's ear of {len(front.responses)} vehicles, verified with "
         f"{front.judge.n_samples} draws that the search never saw; a difference below about "
         f"{HEARD:g} dB is not heard from drive to drive. Best-mean: "

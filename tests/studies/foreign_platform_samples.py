@@ -198,10 +198,7 @@ def _parts(variant, factor):
     for name, places in PLACES.items():
         directions = []
         for axis in AXES:
-            columns = [
-                np.concatenate(motion_of_case)
-                for motion_of_case in zip(*by_mount[name, axis], strict=True)
-            ]
+            columns = [np.concatenate(values) for values in zip(*by_mount[name, axis], strict=True)]
             points, stiffness = np.column_stack(columns[:3]), columns[3]
             surface = DynamicStiffnessSurface(preload_unit="N m").fit(points, stiffness)
             directions.append(

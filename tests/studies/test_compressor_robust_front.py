@@ -71,6 +71,8 @@ def test_a_search_may_limit_the_rise_of_peaks(runs, tmp_path):
     assert rise["best-mean"] <= 1.5
     peaks = pd.read_csv(run / "peaks.csv")
     assert peaks["change [dB]"].max() <= 1.5 + 1e-9
+    beyond = pd.read_csv(run / "beyond_limits.csv")
+    assert beyond.filter(like="rise of a booming peak").to_numpy().max() > 0.0
 
 
 def test_the_supplier_gets_the_sheet_of_every_mount(finished, summary, tmp_path):

@@ -144,7 +144,7 @@ def test_the_page_computes_what_the_model_of_the_run_says(folder, page, tmp_path
     header = data_of(html, "live-header")
     assert header["lossFactors"]
     assert header["motions"] == ["prescribed"]
-    assert [answer["name"] for answer in header["cases"]] == ["high", "low"]
+    assert [case["name"] for case in header["cases"]] == ["high", "low"]
     index = supplier_study(folder, STUDIES, Pick.best_mean).index
     designs = np.random.default_rng(8).uniform(0.8, 1.2, (5, 30))
     said = of_page(html, designs, tmp_path)

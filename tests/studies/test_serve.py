@@ -4,6 +4,7 @@ import http.client
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -19,6 +20,7 @@ from deboom.report.interactive import render_interactive
 pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
 from deboom.runs import serve
+from deboom.runs.overview import refresh_overview
 from deboom.runs.serve import serve_results
 
 STUDY = Path(__file__).parents[1] / "samples" / "quad2_front.py"
@@ -65,6 +67,21 @@ def status_of(address, path, method="GET", cookie=True, **headers):
         connection.close()
 
 
+@pytest.fixture(scope="module")
+def files(address):
+    """Return the path that files are served below."""
+    _, text = status_of(address, "/api/runs")
+    (run,) = json.loads(text)["runs"]
+    return run["files"].removesuffix(run["id"])
+
+
+def place_of(address, files, path, results):
+    """Return the whole address of a file of the results."""
+    parts = urlsplit(address)
+    name = path.relative_to(results).as_posix()
+    return f"{parts.scheme}://{parts.netloc}{files}{name}"
+
+
 def test_a_run_and_its_pages_are_shown(address, results):
     status, text = status_of(address, "/api/runs")
     (run,) = json.loads(text)["runs"]
@@ -88,17 +105,22 @@ def test_a_run_and_its_pages_are_shown(address, results):
         ("/api/runs", {"Sec-Fetch-Site": "cross-site"}, 403),
         ("/api/runs", {"method": "POST"}, 405),
         ("/api/runs", {"method": "DELETE"}, 405),
-        ("/files/../secret.txt", {}, 404),
-        ("/files/%2e%2e/secret.txt", {}, 404),
-        ("/files/..%2fsecret.txt", {}, 404),
-        ("/files//etc/passwd", {}, 404),
-        ("/files/quad2_front/nothing", {}, 404),
+        ("FILES../secret.txt", {}, 404),
+        ("FILES%2e%2e/secret.txt", {}, 404),
+        ("FILES..%2fsecret.txt", {}, 404),
+        ("FILES/etc/passwd", {}, 404),
+        ("FILESquad2_front/nothing", {}, 404),
+        ("FILESindex.html", {"cookie": False, "Sec-Fetch-Site": "cross-site"}, 200),
+        ("FILESindex.html", {"Origin": "http://example.org"}, 403),
+        ("FILESindex.html", {"Host": "example.org"}, 403),
+        ("/files/guessed/index.html", {}, 404),
+        ("/files/guessed/index.html", {"cookie": False}, 403),
         ("/api/search?run=../secret", {}, 404),
         ("/api/search?run=quad2_front", {}, 404),
     ],
 )
-def test_whoever_may_not_ask_is_refused(address, path, request_, status):
-    answer, text = status_of(address, path, **request_)
+def test_whoever_may_not_ask_is_refused(address, files, path, request_, status):
+    answer, text = status_of(address, path.replace("FILES", files), **request_)
     assert answer == status
     assert "secret\n" not in text
     assert "root:" not in text
@@ -113,21 +135,20 @@ def test_servers_of_one_computer_have_cookies_of_their_own(address):
     assert cookie.startswith(f"deboom{parts.port}=")
 
 
-def test_a_link_out_of_the_results_is_no_file(address, results):
+def test_a_link_out_of_the_results_is_no_file(address, files, results):
     link = results / "link.txt"
     link.symlink_to(results.parent / "secret.txt")
     try:
-        assert status_of(address, "/files/link.txt")[0] == 404
+        assert status_of(address, f"{files}link.txt")[0] == 404
     finally:
         link.unlink()
 
 
-def test_a_page_of_a_run_reaches_nothing(address, results):
+def test_a_page_of_a_run_reaches_nothing(address, files, results):
     parts = urlsplit(address)
     connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=30)
     name = next(results.glob("*/*/report.html")).relative_to(results).as_posix()
-    token = parts.query.removeprefix("token=")
-    connection.request("GET", f"/files/{name}", headers={"Cookie": f"deboom{parts.port}={token}"})
+    connection.request("GET", files + name)
     answer = connection.getresponse()
     policy = answer.headers["Content-Security-Policy"].split("; ")
     assert {"sandbox allow-scripts allow-downloads", "connect-src 'none'"} <= set(policy)
@@ -156,15 +177,13 @@ attempt("cookie", () => document.cookie);
 </script>"""
 
 
-def test_a_hostile_page_of_a_run_reads_nothing_of_the_server(address, results):
+def test_a_hostile_page_of_a_run_reads_nothing_of_the_server(address, files, results):
     page = next(results.glob("*/*")) / "hostile.html"
     page.write_text(HOSTILE, encoding="utf-8")
     browser = Browser()
     try:
         browser.open_address(address)  # the browser holds the cookie from now on
-        parts = urlsplit(address)
-        name = page.relative_to(results).as_posix()
-        browser.open_address(f"{parts.scheme}://{parts.netloc}/files/{name}")
+        browser.open_address(place_of(address, files, page, results))
         browser.wait("document.getElementById('said').textContent.split(' ').length === 4")
         assert sorted(browser.text("#said").split()) == [
             "cookie:refused", "fetch:refused", "frame:refused", "window:refused",
@@ -174,15 +193,13 @@ def test_a_hostile_page_of_a_run_reads_nothing_of_the_server(address, results):
         page.unlink()
 
 
-def test_the_model_of_a_served_page_answers(address, results):
+def test_the_model_of_a_served_page_answers(address, files, results):
     page = next(results.glob("*/*")) / "live.html"
     page.write_text(render_interactive(live_front()[0]), encoding="utf-8")
     browser = Browser()
     try:
         browser.open_address(address)
-        parts = urlsplit(address)
-        name = page.relative_to(results).as_posix()
-        browser.open_address(f"{parts.scheme}://{parts.netloc}/files/{name}")
+        browser.open_address(place_of(address, files, page, results))
         browser.wait("live.session.band !== null && live.session.band.fresh")
         assert browser.complaints == []
     finally:
@@ -190,12 +207,31 @@ def test_the_model_of_a_served_page_answers(address, results):
         page.unlink()
 
 
+def test_links_and_pictures_of_a_served_overview_work(address, files, results):
+    browser = Browser()
+    figures = next(results.glob("*/*")) / "figures"
+    figures.mkdir()
+    try:
+        (figures / "box.png").write_bytes(browser.picture())
+        refresh_overview(results)
+        browser.open_address(place_of(address, files, results / "index.html", results))
+        browser.wait("document.querySelector('img').naturalWidth > 0")
+        browser.value("document.querySelector('a.picture').click()")
+        browser.wait("location.pathname.endsWith('/report.html')")
+        # the browser asks for an icon by itself
+        urls = [complaint["url"] for complaint in browser.complaints]
+        assert [url for url in urls if not url.endswith("/favicon.ico")] == []
+    finally:
+        browser.close()
+        shutil.rmtree(figures)
+
+
 def test_a_record_is_read_again_only_when_it_has_changed(results, monkeypatch):
     path = next(results.glob("*/*/run.json")).resolve()
     read = []
     real = serve.read_record
     monkeypatch.setattr(serve, "read_record", lambda path: read.append(path) or real(path))
-    folder = serve.ResultsFolder(results.resolve())
+    folder = serve.ResultsFolder(results.resolve(), "/files/")
     for _ in range(3):
         (run,) = folder.runs()["runs"]
     assert read == [path]

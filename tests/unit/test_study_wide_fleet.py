@@ -11,7 +11,7 @@ from deboom.common import listed
 from deboom.explore.sensitivity import SobolIndices
 from deboom.pages.front import PANELS, curve_rows, report_heard
 from deboom.pages.interactive_front import with_evaluated
-from deboom.pages.sensitivity import index_figures, loudest
+from deboom.pages.sensitivity import index_figures, most_changed
 from deboom.plot.style import vehicle_colours
 from deboom.report import Report
 
@@ -81,7 +81,7 @@ def indices_of(count):
 
 def test_of_a_wide_fleet_the_sensitivities_of_those_that_change_most_are_panels():
     indices, study = indices_of(30)
-    assert loudest(study) == list(range(30 - PANELS, 30))
+    assert most_changed(study) == list(range(30 - PANELS, 30))
     report = Report("Wide")
     report.section("Indices")
     index_figures(report, study, "sobol", indices, "Indices.")

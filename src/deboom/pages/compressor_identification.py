@@ -6,7 +6,7 @@ import json
 import math
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -354,6 +354,11 @@ def in_words(table: pd.DataFrame) -> pd.DataFrame:
             digits = 2 if "deviation" in str(name) else DIGITS
             words[name] = [_digits(float(value), digits) for value in table[name]]
     return words
+
+
+def alarms_in_words(alarms: Sequence[str]) -> str:
+    """Count alarms: ``no alarm``, ``1 alarm``, ``2 alarms``."""
+    return f"{len(alarms) or 'no'} {'alarms' if len(alarms) > 1 else 'alarm'}"
 
 
 def _digits(value: float, digits: int) -> str:

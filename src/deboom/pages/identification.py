@@ -16,7 +16,6 @@ from deboom.compressor.identifiability import (
     PRIOR_DOMINATED,
     REFERENCE_FREQUENCY,
     gain_deviation,
-    propagated,
     quantities,
 )
 from deboom.compressor.identification import ALARM, Identification
@@ -29,6 +28,7 @@ from deboom.files.compressor_model import compressor_document
 from deboom.measurement.quality import quality_table
 from deboom.pages.compressor_identification import (
     IdentifiedTest,
+    alarms_in_words,
     calibrated_inertance,
     condition_at_100_hz,
     condition_numbers,
@@ -75,36 +75,14 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
 
     - `inputs`: files that were read.
     """
-    identification, model = first.identification, first.identification.calibrated.model
+    identification = first.identification
     report = Report(
         f"Identified compressor: {identification.test.name}",
         "Which mass, centre of gravity, inertia, mount stiffness and rubber explain the hammer "
         "test of a compressor in its vehicle, and how far may each be believed?",
     )
-    report.tile(f"{model.mass:.3f} kg", "mass")
     chi = identification.calibrated.reduced_chi
-    report.tile(f"{chi:.2f}", f"residuals over noise; alarm above {ALARM:g}")
-    place = ", ".join(f"{1e3 * value:.1f}".replace("-", "−") for value in model.centre)
-    report.tile(f"{place} mm", "centre of gravity, axes of the position sheet")
-    deviation = float(
-        np.sqrt(propagated(identification.calibrated, lambda other: np.array([other.mass]))[0, 0])
-    )
-    report.answer(
-        f"{model.mass:.3f} ± {WIDE_BAND * deviation:.2g} kg, centre of gravity at {place} mm; "
-        + (
-            f"{len(identification.alarms)} alarms: do not rely on it."
-            if identification.alarms
-            else "a rigid body on mounts explains the test."
-        ),
-        f"How sure: ± holds 95 %; residuals are {chi:.2f} times the noise, alarm above {ALARM:g}. "
-        "Intervals of all numbers stand below. Axes of the position sheet.",
-    )
-    report.panel(
-        "What to do next",
-        Step("deboom unbalance TEST", "the unbalance of the running compressor"),
-        Step("deboom run compressor_robust_front --cars CAR", "the mounts that make cars quiet"),
-        wide=True,
-    )
+    _answer(report, identification)
     report.warn(*identification.alarms)
     report.assume(*identification.test.assumed)
     if identification.test.weighed_mass is None:
@@ -114,7 +92,7 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
         )
     if first.identical is not None and not first.identical.identical_holds:
         report.warn(first.identical.statement)
-    report.summary["mass_kg"] = model.mass
+    report.summary["mass_kg"] = identification.calibrated.model.mass
     if first.truth is not None:
         error = errors_of(identification, first.truth)
         report.summary |= {
@@ -147,6 +125,33 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
         _identical(report, first.identical)
     _placement(report, first)
     return report
+
+
+def _answer(report: Report, identification: Identification) -> None:
+    """Say mass and centre of gravity, how far they may be believed, and what comes next."""
+    model, chi = identification.calibrated.model, identification.calibrated.reduced_chi
+    mass = identification.table.set_index("quantity").loc["mass"]
+    place = ", ".join(f"{1e3 * value:.1f}".replace("-", "−") for value in model.centre)
+    report.tile(f"{model.mass:.3f} kg", "mass")
+    report.tile(f"{chi:.2f}", f"residuals over noise; alarm above {ALARM:g}")
+    report.tile(f"{place} mm", "centre of gravity, axes of the position sheet")
+    report.answer(
+        f"{model.mass:.3f} ± {WIDE_BAND * mass['standard deviation']:.2g} kg, centre of gravity at "
+        f"{place} mm; "
+        + (
+            f"{alarms_in_words(identification.alarms)}: do not rely on it."
+            if identification.alarms
+            else "a rigid body on mounts explains the test."
+        ),
+        f"How sure: ± holds 95 %; residuals are {chi:.2f} times the noise, alarm above {ALARM:g}. "
+        "Intervals of all numbers stand below. Axes of the position sheet.",
+    )
+    report.panel(
+        "What to do next",
+        Step("deboom unbalance TEST", "the unbalance of the running compressor"),
+        Step("deboom run compressor_robust_front --cars CAR", "the mounts that make cars quiet"),
+        wide=True,
+    )
 
 
 def _procedure(report: Report, first: IdentifiedTest) -> None:

@@ -574,7 +574,7 @@ def _pairs(report: Report, study: Sensitivity) -> None:
     names = tuple(study.variables[row] for row in shown)
     second = np.where(pairs.second <= pairs.second_interval, 0.0, pairs.second)
     maps = []
-    for place in loudest(study):
+    for place in most_changed(study):
         matrix = second[np.ix_(shown, shown)][:, :, place]
         np.fill_diagonal(matrix, np.clip(pairs.first[shown, place], 0.0, 1.0))
         maps.append(HeatMap(f"{study.vehicles[place]} [1]", names, names, matrix))
@@ -678,12 +678,12 @@ def _line_map(study: Sensitivity) -> Figure:
     label = "total index of the level of a line [1]"
     maps = [
         LineMap(study.vehicles[row], study.total_of_lines[row], label, peaks=peaks[row])
-        for row in loudest(study)
+        for row in most_changed(study)
     ]
     return line_maps(lines, order, study.variables, maps, columns=2)
 
 
-def loudest(study: Sensitivity) -> list[int]:
+def most_changed(study: Sensitivity) -> list[int]:
     """Return the vehicles with a panel, in their order: those that the stiffnesses change most."""
     change = np.abs(study.slope).max(axis=0)
     return sorted(int(row) for row in np.argsort(-change, kind="stable")[:PANELS])
@@ -701,7 +701,7 @@ def index_figures(
     report: Report, study: Sensitivity, name: str, indices: SobolIndices, caption: str
 ) -> None:
     """Show the indices as panels; of a wide fleet those changed least are cells of a matrix."""
-    drawn = loudest(study)
+    drawn = most_changed(study)
     others = [row for row in range(len(study.vehicles)) if row not in drawn]
     report.figure(
         name,

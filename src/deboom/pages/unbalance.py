@@ -19,7 +19,7 @@ from deboom.compressor.sources import UnbalanceCurve, case_name
 from deboom.compressor.unbalance import RouteResult, SweepUnbalance
 from deboom.files.compressor_model import compressor_document
 from deboom.pages.component_sheet import append_verdicts
-from deboom.pages.compressor_identification import in_words
+from deboom.pages.compressor_identification import alarms_in_words, in_words
 from deboom.pages.compressor_unbalance import MODEL_FILE, MeasuredUnbalance
 from deboom.plot import CurvePanel
 from deboom.plot.style import signed
@@ -80,24 +80,7 @@ def unbalance_report(
             "stiffness / damping of the mounts, running over struck",
         )
     alarms = (*evaluation.identification.alarms, *evaluation.alarms)
-    decided = (
-        f"{overall(measured.verdicts).value.capitalize()}: static" if measured.limits else "Static"
-    )
-    report.answer(
-        f"{decided} unbalance {1e6 * abs(static.value):.2f} g mm "
-        f"({1e6 * static.lower:.2f} to {1e6 * static.upper:.2f}), dynamic unbalance "
-        f"{1e9 * abs(dynamic.value):.0f} g mm² ({1e9 * dynamic.lower:.0f} to "
-        f"{1e9 * dynamic.upper:.0f}).",
-        "How sure: in brackets the interval of 95 %; rotor, gas and mounts leave "
-        f"{sources.remaining_chi:.2f} times the noise, route {chosen.route.letter}; "
-        + (f"{len(alarms)} alarms." if alarms else "no alarm."),
-    )
-    report.panel(
-        "What to do next",
-        Step("deboom unbalance TEST --limits FILE", "hold it against limits"),
-        Step("deboom run compressor_robust_front --cars CAR", "the mounts that make cars quiet"),
-        wide=True,
-    )
+    _answer(report, measured, alarms)
     report.warn(*alarms, *evaluation.notices)
     report.assume(*measured.test.hammer.assumed)
     report.summary |= {
@@ -137,6 +120,30 @@ def unbalance_report(
     if measured.with_hoses is not None:
         _hoses(report, measured, measured.with_hoses)
     return report
+
+
+def _answer(report: Report, measured: MeasuredUnbalance, alarms: Sequence[str]) -> None:
+    """Say both unbalances, how far they may be believed, and what comes next."""
+    evaluation, chosen = measured.evaluation, measured.evaluation.chosen
+    static, dynamic = chosen.sources.static, chosen.sources.dynamic
+    decided = (
+        f"{overall(measured.verdicts).value.capitalize()}: static" if measured.limits else "Static"
+    )
+    report.answer(
+        f"{decided} unbalance {1e6 * abs(static.value):.2f} g mm "
+        f"({1e6 * static.lower:.2f} to {1e6 * static.upper:.2f}), dynamic unbalance "
+        f"{1e9 * abs(dynamic.value):.0f} g mm² ({1e9 * dynamic.lower:.0f} to "
+        f"{1e9 * dynamic.upper:.0f}).",
+        f"How sure: in brackets the interval of {100 * evaluation.options.confidence:g} %; rotor, "
+        f"gas and mounts leave {chosen.sources.remaining_chi:.2f} times the noise, route "
+        f"{chosen.route.letter}; {alarms_in_words(alarms)}.",
+    )
+    report.panel(
+        "What to do next",
+        Step("deboom unbalance TEST --limits FILE", "hold it against limits"),
+        Step("deboom run compressor_robust_front --cars CAR", "the mounts that make cars quiet"),
+        wide=True,
+    )
 
 
 def _procedure(report: Report, measured: MeasuredUnbalance) -> None:

@@ -198,8 +198,8 @@ def fronts(
 _LINES = 300
 """From twice this number of designs on, lines are thinned to about this number, evenly."""
 
-_LEVEL = 5
-"""Names that have room beside each other below an axis, and marks in one row of a legend."""
+_BESIDE = 5
+"""Names that have room beside each other below an axis or in a legend."""
 
 
 def parallel_coordinates(
@@ -249,12 +249,12 @@ def parallel_coordinates(
                 markersize=5,
                 label=name,
             )
-        if len(names) > _LEVEL:
+        if len(names) > _BESIDE:
             axes.set_xticks(places, names, rotation=35, ha="right", rotation_mode="anchor")
         else:
             axes.set_xticks(places, names)
         axes.set_ylabel(share_label)
         figure_of(axes).colorbar(colour, ax=axes, label=value_label, pad=0.02)
-        columns = len(marks) if len(marks) <= _LEVEL else 3
+        columns = len(marks) if len(marks) <= _BESIDE else 3
         place_legend(axes, ax, loc="outside upper left", ncols=columns)
         return axes

@@ -194,7 +194,7 @@ function drawVehicles() {
     const mean = triple(three.map((design) => valueOf(means[place], design)), 2);
     return [vehicle, ...mean, ...triple(three.map((design) => levelsOf(design, place)[at]), 1)];
   });
-  for (const axis of axes.filter((axis) => axis.kind === "objective")) {
+  for (const axis of axes.filter(({ kind }) => kind === "objective")) {
     const values = triple(three.map((design) => valueOf(axis, design)), decimalsOf(axis));
     rows.push([{ name: `${axis.name} [${axis.unit}]`, colour: axis.colour }, ...values, "", "", "", ""]);
   }

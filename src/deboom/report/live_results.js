@@ -121,7 +121,7 @@ function runRow(run) {
   }
   const links = element("td", "", { class: "links" });
   for (const page of run.pages.slice(0, 8)) links.append(element("a", page.title, { href: page.url }));
-  links.append(element("a", "files", { href: `/files/${run.id.split("/").map(encodeURIComponent).join("/")}` }));
+  links.append(element("a", "files", { href: run.files }));
   if (run.picks.length)
     links.append(element("code", `sheet from a design: deboom report ${run.typed} --supplier --design ${run.picks[0]}`));
   row.append(...cells, numbers, links);

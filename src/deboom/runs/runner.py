@@ -450,8 +450,8 @@ def _kept(study: Study, run: Run) -> str:
 
 def _tell_answer(report: Report, folder: Path) -> None:
     """Say what came out, where its page is, and what may be done next."""
-    lines = [f"{value}: {label}" for value, label in report.tiles]
-    lines = [report.verdict] if report.verdict else lines[:SHOWN_TILES]
+    headlines = [f"{value}: {label}" for value, label in report.tiles[:SHOWN_TILES]]
+    lines = [report.verdict] if report.verdict else headlines
     lines.append(f"page: {(folder / PAGE).as_posix()}")
     steps = [block for part in report.panels for block in part.blocks if isinstance(block, Step)]
     lines += [f"next: {step.command}  ({step.purpose})" for step in steps[:1]]

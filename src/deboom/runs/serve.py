@@ -37,7 +37,7 @@ from deboom.report.live_results import live_results_page
 from deboom.runs.overview import options, run_cards
 
 TOKEN_BYTES = 24
-"""Random bytes of the address that is printed; nobody else on the computer can guess them."""
+"""Random bytes of the address that is printed, and of the paths of files; nobody guesses them."""
 MOST_PAGES = 60
 """Pages of a run that are linked at most; the folder lists the others."""
 _GUARDS = {
@@ -47,10 +47,13 @@ _GUARDS = {
     "Cross-Origin-Resource-Policy": "same-origin",
 }
 # A page of a results folder may come from elsewhere: it gets an origin of its own, so that it
-# reads nothing of this address, neither by a connection nor through a frame or a window.
-_PAGE_GUARDS = {
+# reads nothing of this address, neither by a connection nor through a frame or a window. Its links
+# and pictures come from that origin, too: they may, and scripts still cannot read them.
+_FILE_GUARDS = {
+    **_GUARDS,
+    "Cross-Origin-Resource-Policy": "cross-origin",
     "Content-Security-Policy": "sandbox allow-scripts allow-downloads; connect-src 'none'; "
-    "frame-src 'none'; form-action 'none'; frame-ancestors 'none'"
+    "frame-src 'none'; form-action 'none'; frame-ancestors 'none'",
 }
 
 
@@ -114,12 +117,14 @@ class ResultsFolder:
     """What the page asks for: runs as they are now, and searches as they grow.
 
     - `folder`: of all results.
+    - `address`: that files are served below.
     - `searches`: progress of each search that was looked at, so that a file is read once.
     - `records`: by path, each ``run.json`` with the time and size that it had when it was read.
     - `reading`: held while a search is updated; several pages may ask at once.
     """
 
     folder: Path
+    address: str
     searches: dict[Path, SearchProgress] = field(default_factory=dict)
     records: dict[Path, tuple[tuple[int, int], dict[str, Any]]] = field(default_factory=dict)
     reading: threading.Lock = field(default_factory=threading.Lock)
@@ -134,12 +139,25 @@ class ResultsFolder:
                 "id": entry.folder.relative_to(self.folder).as_posix(),
                 "typed": shlex.quote(_from_here(entry.folder)),
                 "options": {n: str(value) for n, value in options(entry.record).items()},
-                "pages": list(_pages(entry, self.folder)),
+                "files": self.address_of(entry.folder),
+                "pages": list(self.pages(entry)),
                 "picks": [pick.value for pick in Pick] if _has_front(entry) else [],
             }
             for entry, card in zip(entries, cards, strict=True)
         ]
         return {"runs": runs, "problems": [str(error) for error in damaged]}
+
+    def address_of(self, path: Path) -> str:
+        """Return where a file or folder of the results is served."""
+        return self.address + quote(path.relative_to(self.folder).as_posix())
+
+    def pages(self, entry: RunEntry) -> Iterator[dict[str, str]]:
+        """Yield title and address of the pages of a run, its report first."""
+        pages = [*sorted(entry.folder.glob("*.html")), *sorted(entry.folder.glob("*/*.html"))]
+        pages.sort(key=lambda path: path.name != "report.html")
+        for path in pages[:MOST_PAGES]:
+            name = path.relative_to(entry.folder).as_posix().removesuffix(".html")
+            yield {"title": name, "url": self.address_of(path)}
 
     def record(self, path: Path) -> dict[str, Any]:
         """Return what a ``run.json`` says, which is read again when it has changed.
@@ -187,15 +205,6 @@ def _has_front(entry: RunEntry) -> bool:
     return entry.finished and (entry.folder / "front.csv").is_file()
 
 
-def _pages(entry: RunEntry, results: Path) -> Iterator[dict[str, str]]:
-    """Yield title and address of the pages of a run, its report first."""
-    pages = [*sorted(entry.folder.glob("*.html")), *sorted(entry.folder.glob("*/*.html"))]
-    pages.sort(key=lambda path: path.name != "report.html")
-    for path in pages[:MOST_PAGES]:
-        name = path.relative_to(entry.folder).as_posix().removesuffix(".html")
-        yield {"title": name, "url": "/files/" + quote(path.relative_to(results).as_posix())}
-
-
 class LoopbackOnly:
     """Answer this computer, this address and the holder of the token; everybody else gets 403.
 
@@ -205,10 +214,12 @@ class LoopbackOnly:
     - `app`: what answers those who may ask.
     - `token`: of the printed address; afterwards a cookie that scripts cannot read.
     - `authorities`: allowed values of Host, such as ``127.0.0.1:8000``.
+    - `files`: secret beginning of the paths of files. Their pages have an origin of their own, for
+      which no browser sends the cookie; whoever knows the path holds what the cookie would say.
     """
 
-    def __init__(self, app: ASGIApp, token: str, authorities: frozenset[str]) -> None:
-        self.app, self.token, self.authorities = app, token, authorities
+    def __init__(self, app: ASGIApp, token: str, authorities: frozenset[str], files: str) -> None:
+        self.app, self.token, self.authorities, self.files = app, token, authorities, files
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or refuse it in a sentence."""
@@ -225,6 +236,8 @@ class LoopbackOnly:
             return _refusal(403, "deboom serve answers at the address that it printed only")
         origins = {f"http://{authority}" for authority in self.authorities}
         foreign = headers.get("origin", min(origins)) not in origins
+        if not foreign and scope["path"].startswith(self.files):
+            return self.app
         if foreign or headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
             return _refusal(403, "deboom serve answers no page of another site")
         # cookies of one host go to all of its ports: each server has a name for its token
@@ -250,7 +263,8 @@ def results_app(results: Path, *, token: str, authorities: frozenset[str]) -> AS
     - `results`: the folder; nothing outside of it is read.
     - `token`, `authorities`: see `LoopbackOnly`.
     """
-    folder = ResultsFolder(results)
+    address = f"/files/{secrets.token_urlsafe(TOKEN_BYTES)}/"
+    folder = ResultsFolder(results, address)
 
     def page(_request: Request) -> Response:
         text, policy = live_results_page()
@@ -275,15 +289,15 @@ def results_app(results: Path, *, token: str, authorities: frozenset[str]) -> AS
             return _refusal(404, "there is no such file in the results folder")
         if path.is_dir():
             return _json(sorted(each.name for each in path.iterdir() if each.name[0] != "."))
-        return FileResponse(path, headers={**_GUARDS, **_PAGE_GUARDS})
+        return FileResponse(path, headers=_FILE_GUARDS)
 
     routes = [
         Route("/", page),
         Route("/api/runs", runs),
         Route("/api/search", search),
-        Route("/files/{name:path}", file),
+        Route(address + "{name:path}", file),
     ]
-    return LoopbackOnly(Starlette(routes=routes), token, authorities)
+    return LoopbackOnly(Starlette(routes=routes), token, authorities, files=address)
 
 
 def _json(content: Mapping[str, Any] | list[str]) -> Response:

@@ -122,12 +122,14 @@ class CompressorParts:
         """Today's static stiffness, shape (3 m,) [N/m]."""
         return np.array([mount.stiffness for mount in self.index.mounts]).ravel()
 
-    def state(self, column: int) -> tuple[float, float]:
-        """Return the amplitude at which a chosen stiffness works [m], and 95 % ± of today's [1]."""
-        of_part = self.index.variables.scaled[column]
-        weights = np.where(of_part, abs(self.stiffness), 0.0)
-        half = SURE_HALF_WIDTH * self.deviation((weights / weights.sum()).reshape(-1, 3))
-        return float(self.amplitude.ravel()[of_part].mean()), half
+    def working_amplitude(self, column: int) -> float:
+        """Return the mean amplitude at which a chosen stiffness works [m]."""
+        return float(self.amplitude.ravel()[self.index.variables.scaled[column]].mean())
+
+    def uncertainty(self, column: int) -> float:
+        """Return the half width of today's |K| of a chosen stiffness over it, 95 % [1]."""
+        weights = np.where(self.index.variables.scaled[column], abs(self.stiffness), 0.0)
+        return SURE_HALF_WIDTH * self.deviation((weights / weights.sum()).reshape(-1, 3))
 
     def scattering(self, column: int) -> list[int]:
         """Return the columns that scatter together with a chosen one: batch and pieces."""
@@ -270,7 +272,7 @@ class CompressorSheet(PartSheet):
                     loss_factor=rounded(today.imag / today.real if today.imag > 0.0 else NAN, 4),
                     preload_n=None,
                     preload_mm=None,
-                    amplitude_mm=rounded(1e3 * self.parts.state(column)[0], 4),
+                    amplitude_mm=rounded(1e3 * self.parts.working_amplitude(column), 4),
                     frequency_hz=self.parts.reference_line,
                     static_rate_n_per_mm=rounded(N_PER_MM * rate, 1),
                 )
@@ -280,7 +282,9 @@ class CompressorSheet(PartSheet):
     @property
     def facts(self) -> tuple[DirectionFacts, ...]:
         """How sure today's stiffness is."""
-        return tuple(DirectionFacts(self.parts.state(c)[1]) for c in self.directions.values())
+        return tuple(
+            DirectionFacts(self.parts.uncertainty(column)) for column in self.directions.values()
+        )
 
     @property
     def acoustic_cpk(self) -> float | None:

@@ -77,12 +77,10 @@ class PeakRise:
 
     - `model`: with ``frequency`` and ``levels``.
     - `today` (k,): design that it is compared with.
-    - `order`: of the lines, per revolution [1].
     """
 
     model: Any
     today: RealArray
-    order: float = 1.0
 
     @property
     def variable_names(self) -> tuple[str, ...]:
@@ -107,7 +105,8 @@ class PeakRise:
                 changes = (
                     change.level_after - change.level_before
                     for pair in zip(before, levels, strict=True)
-                    for change in compare_peaks(*pair, self.model.frequency, self.order)
+                    # the order tells the speed of a peak, which does not count here
+                    for change in compare_peaks(*pair, self.model.frequency, order=1.0)
                 )
                 rise[row] = max([rise[row], *changes])
         return np.where(np.isfinite(rise), rise, 0.0)[:, np.newaxis]
@@ -206,7 +205,7 @@ class FleetFront:
 
         Of all vehicles and load cases, without scatter; 0 where there is no booming peak.
         """
-        return PeakRise(self.model, self.today, self.order)(designs)[:, 0]
+        return PeakRise(self.model, self.today)(designs)[:, 0]
 
     @property
     def load_cases(self) -> tuple[str, ...]:

@@ -472,10 +472,10 @@ def converged_front(
     size, worst = _scale(few, np.array([place() for _ in range(16)]))
     guides = _guides(space, begin)
     ends, branches = _branches(_Landscape(few, size, worst), place, guides)
-    stages.done("branches")
+    stages.done("branches of the front")
     landscape = _Landscape(_Problem(robust, limits), size, worst)
     net = _Net(landscape, _ends(landscape, ends, branches, guides))
-    stages.done("ends")
+    stages.done("both ends")
     for guide in guides:
         landscape.point(guide)
     for share, points in branches.items():
@@ -484,11 +484,11 @@ def converged_front(
         for before, share in pairwise(shares[:-1]):
             if _distance(net.points[before], net.points[share]) > APART:
                 net.solve(share, [net.points[before].place])
-    stages.done("targets")
+    stages.done("targets between them")
     net.refine()
-    stages.done("refined")
+    stages.done("widest gaps halved")
     net.fill()
-    stages.done("filled")
+    stages.done("lines between neighbours")
     kept = np.array(landscape.beyond) <= 0.0
     places, values = np.array(landscape.places)[kept], np.array(landscape.values)[kept]
     best = nondominated(values)
@@ -518,7 +518,7 @@ class _Stages:
     def done(self, words: str) -> None:
         self.n_done += 1
         if self.progress is not None:
-            self.progress(self.n_done, 5, words)
+            self.progress(self.n_done, 5, f"descents, {words}")
 
 
 def _first_draws(sample: ToleranceSampler, n: int) -> ToleranceSampler:

@@ -25,35 +25,22 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from deboom.arrays import RealArray
 from deboom.bench.fleet import load_fleet
-from deboom.bench.layout import FREQUENCY
-from deboom.bench.operating_run import drive
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import load_bench
 from deboom.files.platform import read_platform
 from deboom.files.uncertain_index import uncertain_index
-from deboom.physics.order_tracking import rpm_of_frequency
-from deboom.physics.sound_level import spl
-from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
 from deboom.vehicles.fleet import Fleet
 
-GROUP, CASE, GEAR, TORQUE, BAND = "U06", "g5_wot220", 5, 220.0, (20.0, 60.0)
+sys.path.append(str(Path(__file__).parents[1] / "tests"))
+
+from samples.driven_changes import GROUP, better, coupled_model, predicted_changes, true_changes
+
 TRUTH = 20_000
 """Added to the seed of a fleet for that of its powertrain."""
 JUDGES = range(8001, 8045)
 """Fleets on which nothing may be chosen."""
-DRAWS, STEPS, PATHS = 16, 25, 10
-
-
-def better(model: BoomingModel) -> RealArray:
-    """Step along the signs of the gradient of the group's mean level, within 20 %."""
-    design = np.ones(len(model.variable_names))
-    for step in range(STEPS):
-        slope = model.gradient(design[np.newaxis])[0].mean(axis=0)
-        slope[PATHS:] = 0.0
-        design = np.clip(design - 0.08 / (1.0 + step / 8.0) * np.sign(slope), 0.8, 1.2)
-    return design
+DRAWS = 16
 
 
 def changes(seed: int) -> Iterator[dict[str, object]]:
@@ -62,40 +49,29 @@ def changes(seed: int) -> Iterator[dict[str, object]]:
         path = write_platform(Path(folder) / "p", seed, truth_seed=TRUTH + seed, receptance=True)
         platform = read_platform(path)
     bench, drawn = load_bench(TRUTH + seed), load_fleet(seed)
-    lines = FREQUENCY[(BAND[0] <= FREQUENCY) & (BAND[1] >= FREQUENCY)]
-    torque = bench.ramp.torque(TORQUE, rpm_of_frequency(lines, bench.order_torque.order))
     group = platform.fleet.group(GROUP)
     at_rest = Fleet(tuple(replace(vehicle, receptance=None) for vehicle in group.vehicles))
     for receptance, fleet in ((False, at_rest), (True, group)):
-        model = booming_model(
-            fleet,
-            platform.mounts,
-            [(platform.load_case(CASE), 1.0)],
-            BAND,
-            motion=Motion.coupled,
-            powertrain=platform.powertrain,
-        )
+        model = coupled_model(platform, fleet)
         design = better(model)
-        both = np.stack([np.ones_like(design), design])
-        predicted = np.diff(model(both) / model.n_lines, axis=0)[0]
-        again = uncertain_index(model, replace(platform, fleet=fleet), ()).draws(DRAWS, 1)
-        repeats = [np.diff(draw(both) / model.n_lines, axis=0)[0] for draw in again]
-        deviation = np.std(repeats, axis=0, ddof=1)
-        factors = np.append(design[: PATHS - 1], [design[PATHS - 1]] * 2)
-        for place, car in enumerate(fleet.names):
-            body = drawn.bodies[car]
-            runs = [
-                drive(bench, body, drawn.cabin, GEAR, torque, lines, mount_stiffness=scale)
-                for scale in (np.ones_like(factors), factors)
-            ]
-            levels = [float(spl(run.pressure[:, 0], lines, axis=-1).mean()) for run in runs]
+        repeats = [
+            predicted_changes(draw, design)
+            for draw in uncertain_index(model, replace(platform, fleet=fleet), ()).draws(DRAWS, 1)
+        ]
+        for car, predicted, true, deviation in zip(
+            fleet.names,
+            predicted_changes(model, design),
+            true_changes(bench, drawn, fleet.names, design),
+            np.std(repeats, axis=0, ddof=1),
+            strict=True,
+        ):
             yield {
                 "seed": seed,
                 "car": car,
                 "receptance": receptance,
-                "predicted [dB]": float(predicted[place]),
-                "true [dB]": levels[1] - levels[0],
-                "deviation [dB]": float(deviation[place]),
+                "predicted [dB]": float(predicted),
+                "true [dB]": float(true),
+                "deviation [dB]": float(deviation),
             }
 
 

@@ -16,6 +16,7 @@ from deboom.vehicles.predicted_change import (
     change_interval,
     change_parts,
 )
+from samples.driven_changes import stated_intervals
 
 DATA = Path(__file__).parents[1] / "data/predicted-changes"
 CHOSEN_ON = pd.read_csv(DATA / "fleets_7001_7044.csv")
@@ -28,18 +29,11 @@ def columns(receptance):
     return (rows[f"{name} [dB]"].to_numpy() for name in ("predicted", "true", "deviation"))
 
 
-def interval(receptance, share=0.9):
-    predicted, _, deviation = columns(receptance)
-    # two draws with exactly the standard deviation that the repeats had
-    drawn = predicted + np.outer([1.0, -1.0], deviation / np.sqrt(2.0))
-    return change_interval(predicted, drawn, receptance=receptance, share=share)
-
-
 # 96.8 and 97.7 %: asked are at most 97, so those with receptances are a little wide
 @pytest.mark.parametrize(("receptance", "most"), [(False, 0.97), (True, 0.98)])
 def test_intervals_hold_the_changes_of_cars_that_nothing_was_tuned_on(receptance, most):
     predicted, true, deviation = columns(receptance)
-    stated = interval(receptance)
+    stated = stated_intervals(CARS[CARS["receptance"] == receptance], receptance=receptance)
     held = np.mean((stated.low <= true) & (true <= stated.high))
     assert len(true) == 220
     assert 0.80 <= held <= most

@@ -2,30 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from deboom.bench.fleet import load_fleet
-from deboom.bench.layout import FREQUENCY
-from deboom.bench.operating_run import drive
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import load_bench
 from deboom.files.platform import read_platform
-from deboom.physics.order_tracking import rpm_of_frequency
-from deboom.physics.sound_level import spl
-from deboom.vehicles.booming_model import Motion, booming_model
-
-GROUP, CASE, GEAR, TORQUE, BAND = "U06", "g5_wot220", 5, 220.0, (20.0, 60.0)
-PATHS = 10
-
-
-def quietest(model):
-    """Step along the signs of the gradient of the mean level, within 20 %."""
-    design = np.ones(len(model.variable_names))
-    for step in range(25):
-        slope = model.gradient(design[np.newaxis])[0].mean(axis=0)
-        slope[PATHS:] = 0.0
-        design = np.clip(design - 0.08 / (1.0 + step / 8.0) * np.sign(slope), 0.8, 1.2)
-    return design
+from samples.driven_changes import GROUP, better, coupled_model, predicted_changes, true_changes
 
 
 def predicted_and_true(folder, seed, tilt):
@@ -33,41 +14,10 @@ def predicted_and_true(folder, seed, tilt):
     path = write_platform(folder / f"tilt{tilt:.0f}", seed, truth_seed=seed, tilt=tilt)
     platform = read_platform(path)
     group = platform.fleet.group(GROUP)
-    model = booming_model(
-        group,
-        platform.mounts,
-        [(platform.load_case(CASE), 1.0)],
-        BAND,
-        motion=Motion.coupled,
-        powertrain=platform.powertrain,
-    )
-    design = quietest(model)
-    both = np.stack([np.ones_like(design), design])
-    predicted = np.diff(model(both) / model.n_lines, axis=0)[0].mean()
-    bench, drawn = load_bench(seed, tilt), load_fleet(seed)
-    lines = FREQUENCY[(BAND[0] <= FREQUENCY) & (BAND[1] >= FREQUENCY)]
-    torque = bench.ramp.torque(TORQUE, rpm_of_frequency(lines, bench.order_torque.order))
-    factors = np.append(design[: PATHS - 1], [design[PATHS - 1]] * 2)
-    changes = []
-    for car in group.names:
-        levels = [
-            spl(
-                drive(
-                    bench,
-                    drawn.bodies[car],
-                    drawn.cabin,
-                    GEAR,
-                    torque,
-                    lines,
-                    mount_stiffness=scale,
-                ).pressure[:, 0],
-                lines,
-                axis=-1,
-            ).mean()
-            for scale in (np.ones_like(factors), factors)
-        ]
-        changes.append(levels[1] - levels[0])
-    return predicted, np.mean(changes)
+    model = coupled_model(platform, group)
+    design = better(model)
+    true = true_changes(load_bench(seed, tilt), load_fleet(seed), group.names, design)
+    return predicted_changes(model, design).mean(), true.mean()
 
 
 def test_designs_of_stated_tilted_mounts_bring_what_those_of_parallel_ones_do(tmp_path):

@@ -178,21 +178,21 @@ def _surface_claims(numbers: pd.DataFrame) -> list[Claim]:
     three, four = (numbers[numbers["cylinders"] == count] for count in (3, 4))
     for kind, words in KINDS.items():
         for axis, (real, imag, force) in least.items():
-            errors = _along(three, axis)
-            of_imag = [0.85 if name == "GeM z" else imag for name in errors["direction"].unique()]
+            along = _along(three, axis)
+            of_imag = [0.85 if name == "GeM z" else imag for name in along["direction"].unique()]
             for what, columns, bounds in (
                 ("Re K", ["r2_real"], [real]),
                 ("Im K", ["r2_imag"], of_imag),
                 ("force, worse of Re and Im", ["r2_force_real", "r2_force_imag"], [force]),
             ):
-                worse = errors[[f"{kind}{column}" for column in columns]].min(axis=1)
+                worse = along[[f"{kind}{column}" for column in columns]].min(axis=1)
                 limits = {0.5: 100 * np.array(bounds)}
                 topic = f"R² of {what} against {words}, 3 cylinders"
-                rows.append(_over(topic, errors, worse, limits, 2, least=True))
+                rows.append(_over(topic, along, worse, limits, 2, least=True))
     for axis in least:
-        errors = _along(four, axis)
+        along = _along(four, axis)
         topic = f"R² of Im K against {KINDS['check_']}, 4 cylinders"
-        rows.append(_over(topic, errors, errors["check_r2_imag"], {}, 2))
+        rows.append(_over(topic, along, along["check_r2_imag"], {}, 2))
     return rows
 
 
@@ -200,8 +200,8 @@ def _truth_claims(numbers: pd.DataFrame) -> list[Claim]:
     return [
         _over(
             f"true error{words}, {cylinders} cylinders",
-            errors := _along(numbers[numbers["cylinders"] == cylinders], axis),
-            errors[column],
+            along := _along(numbers[numbers["cylinders"] == cylinders], axis),
+            along[column],
             {0.5: median, 0.9: most},
             1,
         )
@@ -266,7 +266,7 @@ def _static_forces(campaign: Campaign) -> pd.DataFrame:
 
 
 def _kinematics(static: pd.DataFrame) -> Claim:
-    errors = _along(static, "x")
-    share = errors["rms"] / np.hypot(5.5, 0.01 * errors["range"])
+    along = _along(static, "x")
+    share = along["rms"] / np.hypot(5.5, 0.01 * along["range"])
     topic = "static force by the kinematic model against the cells, rms over 1 % of range and noise"
-    return _over(topic, errors, share, {0.5: 100}, 0)
+    return _over(topic, along, share, {0.5: 100}, 0)

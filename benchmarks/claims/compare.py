@@ -35,15 +35,12 @@ def claims() -> list[Claim]:
     whole = judged(_runs(), COMMON_DRAWS, 1, lambda *_: None)
     half = len(SEEDS)
     shared, fresh = whole.fronts[:half], whole.fronts[half:]
-    same = [
-        _pair(whole, difference, shared[(place + 1) % half])
-        for place, difference in enumerate(shared)
-    ]
-    other = [_pair(whole, difference, two) for difference, two in zip(shared, fresh, strict=True)]
+    same = [_pair(whole, run, shared[(place + 1) % half]) for place, run in enumerate(shared)]
+    other = [_pair(whole, run, beside) for run, beside in zip(shared, fresh, strict=True)]
     noise = sum(verdict is not FrontVerdict.real for verdict in same)
     real = sum(verdict is FrontVerdict.real for verdict in other)
     names = list(whole.groups)
-    verdict = whole.pairs[names[0], names[1]]
+    difference = whole.pairs[names[0], names[1]]
     volumes = [float(whole.hypervolumes[name].mean()) for name in names]
     lost = 100.0 * (1.0 - volumes[1] / volumes[0])
     gap = -whole.gap(names[0], names[1]) * whole.per_line
@@ -58,8 +55,9 @@ def claims() -> list[Claim]:
         Claim(
             f"{half} seeds of each: hypervolume that fresh draws lose [%]",
             "real difference",
-            f"{lost:.0f} ({verdict.verdict.value}; noise ±{100 * verdict.noise / volumes[0]:.1f})",
-            verdict.verdict is FrontVerdict.real,
+            f"{lost:.0f} ({difference.verdict.value}; "
+            f"noise ±{100 * difference.noise / volumes[0]:.1f})",
+            difference.verdict is FrontVerdict.real,
         ),
         at_least("the same as level per line at equal σ, louder by [dB]", 0.1, gap),
     ]
@@ -77,7 +75,7 @@ def _runs() -> list[ComparedRun]:
     runs = platform.runs(fleet=platform.fleet.group("U06"))
     index = runs.model(Motion.prescribed)
     space = factor_space(index.variable_names, half_width=0.20, tolerance=0.15)
-    folders = []
+    searched = []
     for sampler in (Sampler.sobol, Sampler.fresh):
         for seed in SEEDS:
             sample = tolerance_sample(sampler, space.n_variables, DRAWS, seed=seed)
@@ -87,8 +85,8 @@ def _runs() -> list[ComparedRun]:
             entry = RunEntry(Path("search", f"{sampler.value}{seed}"), record)
             rows = pd.DataFrame(search.front.designs, columns=list(space.labels))
             front = FrontTable(rows, space.labels, search.hypervolume)
-            folders.append(ComparedRun(entry=entry, prepared=Searched(model), front=front))
-    return folders
+            searched.append(ComparedRun(entry=entry, prepared=Searched(model), front=front))
+    return searched
 
 
 def _pair(whole: Comparison, first: JudgedRun, second: JudgedRun) -> FrontVerdict:

@@ -101,10 +101,10 @@ def _bench(seed: int) -> tuple[list[float], list[float]]:
         moved = in_receiver(result, read_receiver(folder / "receiver"))
         figures = _figures(folder, result)
         levels, lines = [], []
-        for level in moved:
-            truth = _truth(folder, level.run)["second_pressure"]
-            levels.append(np.abs(level_difference(level.sound.values, truth, 0)).max())
-            lines.append(np.median(np.abs(20 * np.log10(np.abs(level.sound.values / truth)))))
+        for run in moved:
+            truth = _truth(folder, run.run)["second_pressure"]
+            levels.append(np.abs(level_difference(run.sound.values, truth, 0)).max())
+            lines.append(np.median(np.abs(20 * np.log10(np.abs(run.sound.values / truth)))))
         figures[6:8] = [max(levels), float(np.median(lines))]
         path = folder / COMPONENT_FILE
         text = path.read_text(encoding="utf-8")

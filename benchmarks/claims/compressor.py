@@ -369,12 +369,12 @@ def _rule() -> list[Claim]:
 
 
 def _judged(
-    verdicts: Unbalance, struck: Identification, true: UnbalanceTruth, truth: CompressorTruth
+    running: Unbalance, struck: Identification, true: UnbalanceTruth, truth: CompressorTruth
 ) -> Figures:
     """Decisions with each limit on its true value, and guard bands over value [%]."""
     rows = [
-        (STATIC, unbalance_characteristic(verdicts, STATIC), abs(true.static)),
-        (DYNAMIC, unbalance_characteristic(verdicts, DYNAMIC), abs(true.dynamic)),
+        (STATIC, unbalance_characteristic(running, STATIC), abs(true.static)),
+        (DYNAMIC, unbalance_characteristic(running, DYNAMIC), abs(true.dynamic)),
     ]
     for place, direction in enumerate(DOFS):
         limit = StiffnessLimit(direction, STIFFNESS_BAND, Bounds(at_most=1.0))

@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from claims import Claim, at_least, at_most, between, draws, in_processes, reported
+from claims.predicted_change import share_held
 from deboom.bench.platform_writer import write_platform
 from deboom.explore.box import BoxQuestion
 from deboom.explore.largest_box import largest_box
@@ -23,7 +24,6 @@ from deboom.explore.selection import variables_without_effect
 from deboom.files.platform import read_platform
 from deboom.vehicles.free_directions import NOTICEABLE, free_directions, largest_changes
 from deboom.vehicles.limits import MeanLevel
-from deboom.vehicles.predicted_change import change_interval
 from predicted_change import DRAWS, changes
 
 FLEETS = range(5001, 5001 + draws(20))
@@ -98,17 +98,12 @@ def claims() -> list[Claim]:
     ]
     for receptance, what in ((False, "without"), (True, "with")):
         of = cars[cars["receptance"] == receptance]
-        change, spread = (of[f"{name} [dB]"].to_numpy() for name in ("predicted", "deviation"))
-        again = change + np.outer([1.0, -1.0], spread / np.sqrt(2.0))
-        stated = change_interval(change, again, receptance=receptance)
-        true = of["true [dB]"].to_numpy()
-        held = np.mean((stated.low <= true) & (true <= stated.high))
         rows.append(
             between(
                 f"{len(of)} cars {what} receptances of their bodies, {DRAWS} draws: 90 % intervals "
                 "that hold the change of the car [%]",
                 (80, 97),
-                100 * held,
+                share_held(of, receptance=receptance),
                 0,
             )
         )

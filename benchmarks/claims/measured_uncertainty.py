@@ -100,10 +100,10 @@ def _stated(number: int) -> np.ndarray:
 
 def _library(number: int) -> np.ndarray:
     bodies = _Bodies(number)
-    fleet, truth = _both_ways(bodies)
+    fleet, sources = _both_ways(bodies)
     parts = _parts(number % BENCHES)
     case = surface_forces(_measured_case(number), parts, Outside.KEEP_MEASURED).load_case
-    return _held(bodies, fleet, case, parts, truth)
+    return _held(bodies, fleet, case, parts, sources)
 
 
 def _both_ways(bodies: _Bodies) -> tuple[Fleet, Sequence[UncertaintySource]]:
@@ -196,11 +196,11 @@ def _held(
     fleet: Fleet,
     case: LoadCase,
     parts: Sequence[CharacterisedMount],
-    exact: Sequence[UncertaintySource],
+    of_transfer: Sequence[UncertaintySource],
 ) -> np.ndarray:
     """Share of the truth in its interval and median half width, shape (quantity, 2)."""
     mounts = _platform().mounts
-    sources = (*exact, *force_sources(mounts, (case,), parts, BAND))
+    sources = (*of_transfer, *force_sources(mounts, (case,), parts, BAND))
     data = UncertainData(fleet, (case,), sources, BAND)
     measured = booming_model(fleet, mounts, [(case, 1.0)], BAND)
     truth = booming_model(

@@ -139,10 +139,10 @@ def _deliveries(workbook: Path, path: Path, *, with_today: bool) -> tuple[float,
         pieces = np.array([*stiffness, *([true] * 3 if with_today else [])])
         read = pieces * (1.0 + 0.5 * UNCERTAINTY * random.standard_normal(pieces.size))
         table.delete_rows(2, table.max_row)
-        for number, part_read in enumerate(read):
+        for number, reading in enumerate(read):
             row = list(state)
             row[part] = f"P{number}" if number < PARTS else "today"
-            row[part + 1], row[value] = "B1", float(part_read)
+            row[part + 1], row[value] = "B1", float(reading)
             table.append(row)
         book.save(path)
         parts = read_measured_sheet(path, read_specification(path))

@@ -10,7 +10,6 @@ show it. Benches whose accelerometers are refused before are left out.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -19,13 +18,11 @@ from scipy.spatial.transform import Rotation
 
 from claims import Claim, at_least, at_most, draws, in_processes, over_draws
 from deboom.arrays import RealArray
-from deboom.bench.campaign import CampaignErrors, training_plan
-from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.powertrain import VirtualBench, load_bench
 from deboom.errors import InputError
-from deboom.files.campaign import read_campaign
 from deboom.mounts.characterise import cross_stiffness_of_campaign
 from deboom.mounts.cross_stiffness import QUANTILE, CrossStiffness
+from samples.turned_mounts import campaign_of, with_turned_mount, without_angles
 
 SEEDS = range(201, 201 + draws(20))
 """Benches up to 120 are for choosing constants."""
@@ -73,14 +70,9 @@ def one_turned(bench: VirtualBench, seed: int) -> tuple[VirtualBench, int]:
     generator = np.random.default_rng([seed, 77])
     place = int(generator.integers(len(bench.mount_names)))
     angle, about = generator.uniform(*ANGLES), generator.normal(size=3)
-    rotations = np.zeros((len(bench.mount_names), 3))
     turn = Rotation.from_rotvec(np.deg2rad(angle) * about / np.linalg.norm(about))
-    rotations[place] = np.deg2rad(np.round(turn.as_euler("xyz", degrees=True), 1))
-    mounts = list(bench.powertrain.mounts)
-    matrix = Rotation.from_euler("xyz", rotations[place]).as_matrix()
-    mounts[place] = replace(mounts[place], forward=matrix.T @ mounts[place].forward)
-    powertrain = replace(bench.powertrain, mounts=tuple(mounts))
-    return replace(bench, powertrain=powertrain, rotations=rotations), place
+    angles = np.deg2rad(np.round(turn.as_euler("xyz", degrees=True), 1))
+    return with_turned_mount(bench, place, angles), place
 
 
 def _judged(
@@ -98,10 +90,6 @@ def _judged(
 
 def _judge(bench: VirtualBench, seed: int) -> list[CrossStiffness]:
     """Write a campaign, leave its angles out, and judge its mounts."""
-    plan = replace(training_plan("M0"), shaker_repeats=1)
     with TemporaryDirectory() as folder:
-        path = Path(folder) / "bench"
-        write_campaign(path, seed, plan, CampaignErrors(), bench=bench)
-        campaign = read_campaign(path)
-        unstated = tuple(replace(mount, rotations=()) for mount in campaign.mounts)
-        return list(cross_stiffness_of_campaign(replace(campaign, mounts=unstated)))
+        campaign = campaign_of(bench, Path(folder) / "bench", seed)
+        return list(cross_stiffness_of_campaign(without_angles(campaign)))

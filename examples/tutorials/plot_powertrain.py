@@ -24,7 +24,7 @@ results = Path(tempfile.mkdtemp())
 
 
 def terminal(command):
-    """Carry out a command of deboom; return the last line of its output, a path."""
+    """Carry out a command of deboom; return the last line of its output."""
     arguments = [sys.executable, "-m", "deboom", *shlex.split(command)]
     done = subprocess.run(arguments, capture_output=True, text=True, check=True)
     return done.stdout.rstrip().splitlines()[-1]
@@ -86,8 +86,8 @@ axes.legend()
 # parts keep every vehicle as quiet as today, at least.
 
 box = terminal(f"run solution_box --front {front} --band 24 40 --out {results}")
-found = deboom.read_solution_box(box)
-print(f"at least {100 * found.share_bound:.1f} % of the parts, of {found.n_parts} tried")
+intervals = deboom.read_solution_box(box)
+print(f"at least {100 * intervals.share_bound:.1f} % of the parts, of {intervals.n_parts} tried")
 
 # %%
 # **5. The sheet**: a page and a workbook for each mount. The workbook's table is what goes into a
@@ -121,7 +121,7 @@ parts = [
     )
     for number in range(1, 21)
 ]
-delivery = deboom.judged_delivery(found, parts, None, uncertainty=0.02, seed=1)
+delivery = deboom.judged_delivery(intervals, parts, None, uncertainty=0.02, seed=1)
 print({batch.name: batch.verdict.value for batch in delivery.batches})
 
 change = picks.loc["best-mean", "change [dB]"]

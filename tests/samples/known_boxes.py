@@ -61,7 +61,7 @@ class LinearProblem:
 
 @dataclass(frozen=True, eq=False)
 class QuadraticProblem(Quad2):
-    """QUAD2 of `deboom.explore.known_truth`, or one of its responses, with the share of a box."""
+    """QUAD2 of `samples.known_truth`, or one of its responses, with the share of a box."""
 
     def shares(self, limit: RealArray, lower: RealArray, upper: RealArray) -> RealArray:
         """Return the share that keeps each limit, shape (r,)."""
@@ -218,8 +218,8 @@ def ratio_of(
     else:
         problem, limit, bounds, exact = plane(n_variables, seed) if kind == "plane" else bowl(seed)
     question = BoxQuestion(problem, limit, SHARE, bounds.lower, bounds.upper)
-    box = largest_box(question, seed=seed, effort=effort)
-    true = exact_share(problem, limit, box.box)
-    ratio = float(np.prod(box.box.width / exact.width))
-    off = abs(box.verified.share - true) / box.verified.standard_error
-    return ratio, true >= max(box.verified.bound, SHARE), box.confirmed, off
+    largest = largest_box(question, seed=seed, effort=effort)
+    true = exact_share(problem, limit, largest.box)
+    ratio = float(np.prod(largest.box.width / exact.width))
+    off = abs(largest.verified.share - true) / largest.verified.standard_error
+    return ratio, true >= max(largest.verified.bound, SHARE), largest.confirmed, off

@@ -227,7 +227,7 @@ def test_a_file_in_mm_is_converted_when_file_and_table_both_say_so(folder):
 
 # ---- what is refused
 
-NTF, G2, G5 = "ntf/B-1.uff", "g2.uff", "g5.uff"
+NTF, G5 = "ntf/B-1.uff", "g5.uff"
 CSV = "channels.csv"
 STATED = "TSM x,displacement,TSM,,x,11,+x,"
 

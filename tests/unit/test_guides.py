@@ -42,13 +42,22 @@ def script(name):
     return module
 
 
+def blocks(text, language):
+    return re.findall(rf"```{language}\n(.*?)```", text, flags=re.S)
+
+
+def text_of(name):
+    return GUIDE.with_name(f"{name}.md").read_text(encoding="utf-8")
+
+
+def run_blocks(text, names):
+    """Run the Python of a guide, or of a part of it, with the names of what ran before."""
+    for block in blocks(text, "python"):
+        exec(compile(block, "guide.md", "exec"), names)
+
+
 def commands():
-    text = GUIDE.read_text(encoding="utf-8")
-    return [
-        line
-        for block in re.findall(r"```sh\n(.*?)```", text, flags=re.S)
-        for line in block.splitlines()
-    ]
+    return "".join(blocks(text_of("your-own-platform"), "sh")).splitlines()
 
 
 @pytest.mark.usefixtures("plain_loops")
@@ -100,7 +109,7 @@ def test_a_foreign_response_gets_a_front_of_its_own():
 
 def test_the_guide_shows_the_example_as_it_stands():
     example = GUIDE.with_name("foreign_response.py").read_text(encoding="utf-8")
-    block = re.search(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), flags=re.S)[1]
+    block, *_ = blocks(text_of("your-own-platform"), "python")
     code = [line.strip() for line in block.splitlines() if line.strip()]
     assert 5 <= len(code) <= 10
     assert all(line in example for line in code)
@@ -110,10 +119,6 @@ OWN_DATA = Path(__file__).parents[2] / "docs" / "guides" / "your-own-data.md"
 SECTIONS = dict(
     re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", OWN_DATA.read_text("utf-8"), re.M | re.S)
 )
-
-
-def blocks(text, language):
-    return re.findall(rf"```{language}\n(.*?)```", text, flags=re.S)
 
 
 WITHOUT_COMMANDS = ("Without tolerances", "Modal test", "What is checked against your data")
@@ -236,6 +241,7 @@ TEXT = SPECIFICATION.read_text(encoding="utf-8")
 FENCED = re.findall(r"```(?:sh)?\n(.*?)```", TEXT, flags=re.S)
 COMMANDS = [line for block in FENCED for line in block.splitlines() if line.startswith("deboom ")]
 COMMANDS = [line for line in COMMANDS if not line.startswith("deboom: ")]
+COMMANDS += "".join(blocks(text_of("for-nvh-engineers"), "sh")).splitlines()
 STUDIES = (
     "u06_robust_front",
     "solution_box",
@@ -252,7 +258,7 @@ def options_of(words):
     of_command = {name for parameter in command.params for name in parameter.opts}
     if words[1] != "run":
         return of_command
-    study = load_study(ROOT / words[2])
+    study = load_study(ROOT / words[2] if words[2].endswith(".py") else words[2])
     names = {name.replace("_", "-"): entry.default for name, entry in study.parameters.items()}
     switched_off = {f"--no-{name}" for name, default in names.items() if isinstance(default, bool)}
     return of_command | {f"--{name}" for name in names} | switched_off
@@ -299,15 +305,12 @@ def test_the_filled_sheet_is_the_delivery_that_the_guide_tells_of():
 def test_tasks_of_a_pymoo_user_run_in_their_lines(tmp_path, monkeypatch):
     """Every block of the guide runs; a block behind a count of lines has no more."""
     monkeypatch.chdir(tmp_path)
-    text = GUIDE.with_name("for-pymoo-users.md").read_text(encoding="utf-8")
     names = {}
-    for part in text.split("\n## "):
-        blocks = re.findall(r"```python\n(.*?)```", part, flags=re.S)
-        for block in blocks:
-            exec(compile(block, "for-pymoo-users.md", "exec"), names)
+    for part in text_of("for-pymoo-users").split("\n## "):
+        run_blocks(part, names)
         count = re.search(r": (\d+) lines?$", part.splitlines()[0])
         if count:
-            (block,) = blocks or re.findall(r"```\n(.*?)```", part, flags=re.S)
+            (block,) = blocks(part, "python") or blocks(part, "")
             lines = [line for line in block.splitlines() if line and "import" not in line]
             assert len(lines) <= int(count[1]), part.splitlines()[0]
     assert "nearest-to-ideal" in names["front"].picks
@@ -319,35 +322,13 @@ def test_tasks_of_a_pymoo_user_run_in_their_lines(tmp_path, monkeypatch):
     assert not names["costly"].table.empty
 
 
-FENCES = {
-    name: re.findall(r"```(\w+)\n(.*?)```", text, flags=re.S)
-    for name in ("coming-from", "for-nvh-engineers", "for-python-users")
-    for text in [GUIDE.with_name(f"{name}.md").read_text(encoding="utf-8")]
-}
-
-
-def run_blocks(name):
-    """Run the Python of a guide from its begin to its end; return its names."""
-    names = {}
-    for language, block in FENCES[name]:
-        if language == "python":
-            exec(compile(block, f"{name}.md", "exec"), names)
-    return names
-
-
 @pytest.mark.usefixtures("plain_loops")
 def test_the_same_task_in_both_gives_the_same_numbers():
-    text = GUIDE.with_name("coming-from.md").read_text(encoding="utf-8")
-    names, sections = {}, text.split("\n## ")[1:]
+    names, sections = {}, text_of("coming-from").split("\n## ")[1:]
     for section in sections:
-        foreign = [
-            b
-            for language, b in re.findall(r"```(\w+)\n(.*?)```", section, flags=re.S)
-            if language == "text"
-        ]
-        assert ("not run here" in section) == (section.startswith("Testlab") or bool(foreign))
-        for block in re.findall(r"```python\n(.*?)```", section, flags=re.S):
-            exec(compile(block, "coming-from.md", "exec"), names)
+        foreign = section.startswith("Testlab") or bool(blocks(section, "text"))
+        assert ("not run here" in section) == foreign
+        run_blocks(section, names)
         if section.startswith("modeFRONTIER"):
             sums = names["front"].table["SPLV mean sum [dB(A)]"]
             assert 121.0 < sums.min() < names["robust"](np.ones((1, 2))).mean.sum()
@@ -369,19 +350,9 @@ def test_the_same_task_in_both_gives_the_same_numbers():
 
 @pytest.mark.usefixtures("plain_loops")
 def test_a_python_user_runs_the_lines_of_the_guide():
-    assert not run_blocks("for-python-users")["front"].table.empty
-
-
-NVH = [line for language, block in FENCES["for-nvh-engineers"] for line in block.splitlines()]
-
-
-@pytest.mark.parametrize("line", NVH)
-def test_every_command_of_an_nvh_engineer_has_its_options(line):
-    words = shlex.split(line)
-    assert words[0] == "deboom"
-    if words[1] == "run":
-        words[2] = f"studies/{words[2]}.py"
-    assert {word for word in words if word.startswith("--")} <= options_of(words)
+    names = {}
+    run_blocks(text_of("for-python-users"), names)
+    assert not names["front"].table.empty
 
 
 MEASURED = [
@@ -401,34 +372,34 @@ MEASURED = [
         "from-front-to-specification",
         r"\*\*(\d+) keep each vehicle within 0.5 dB\*\*",
         "part numbers for 15 vehicles within 0.5 dB of mounts of their own",
-        lambda numbers: numbers[:1],
+        list,
     ),
     (
         "component-tpa",
         r"blocked forces are ([\d.]+) % off",
         "blocked forces and moments on trusted lines against the truth",
-        lambda numbers: numbers[:1],
+        list,
     ),
     (
         "component-tpa",
         r"\((\d+) % of all\), the level",
         "trusted lines, 20 benches [%]",
-        lambda numbers: numbers[:1],
+        list,
     ),
     (
         "component-tpa",
         r"at sensors left out ([\d.]+) dB",
         "sensors left out, predicted over measured",
-        lambda numbers: numbers[:1],
+        list,
     ),
     (
         "component-tpa",
         r"of forces in (\d+) %, of the sound in (\d+) %",
         "90 % intervals that hold the truth, all of 20 benches",
-        lambda numbers: numbers[:2],
+        list,
     ),
 ]
-"""Guide, its figures, the claim of the page of validation that measures them, and which of it."""
+"""Guide, its figures, the claim of the page of validation that measures them, first ones first."""
 
 
 @pytest.mark.parametrize(("guide", "pattern", "claim", "of"), MEASURED)
@@ -438,10 +409,8 @@ def test_a_figure_of_a_guide_is_that_which_validation_measured(guide, pattern, c
     (row,) = [line for line in page.splitlines() if line.startswith(f"| {claim}")]
     cells = re.split(r"(?<!\\)\|", row)
     numbers = [float(n) for n in re.findall(r"[-−]?\d+(?:\.\d+)?", cells[3].replace("−", "-"))]
-    text = GUIDE.with_name(f"{guide}.md").read_text(encoding="utf-8")
-    stated = re.search(pattern, text)
-    assert stated is not None
-    for said, measured in zip(stated.groups(), of(numbers), strict=True):
+    said_figures = re.search(pattern, text_of(guide)).groups()
+    for said, measured in zip(said_figures, of(numbers)[: len(said_figures)], strict=True):
         digits = len(said.partition(".")[2])
         assert said == f"{measured:.{digits}f}", (said, measured)
 

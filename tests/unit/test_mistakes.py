@@ -166,8 +166,8 @@ def test_folders_with_mistakes_of_each_kind_are_told_where():
     wanted = [mistake for mistake in MISTAKES if (mistake.folder.value, mistake.name) in names]
     assert len(wanted) == len(names)
     missed = [
-        (mistake.mistake.name, mistake.sentences)
-        for mistake in outcomes(41, wanted)
-        if not mistake.named
+        (outcome.mistake.name, outcome.sentences)
+        for outcome in outcomes(41, wanted)
+        if not outcome.named
     ]
     assert missed == []

@@ -44,7 +44,7 @@ def test_an_unstated_angle_is_named(angle):
     finding = judged(angle)
     assert finding.clear
     assert finding.decided[1]
-    assert abs(np.rad2deg(finding.angles[1]) - angle) < 3.0
+    np.testing.assert_allclose(np.rad2deg(finding.angles), [0.0, angle, 0.0], atol=0.1)
     assert f"ry = {np.rad2deg(finding.angles[1]):.0f} ± " in finding.sentence
 
 

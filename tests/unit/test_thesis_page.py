@@ -126,13 +126,12 @@ def strings_behind(path):
                 strings.add(node.value)
             elif isinstance(node, ast.JoinedStr):
                 parts = (
-                    node_of_text.value if isinstance(node_of_text, ast.Constant) else "*"
-                    for node_of_text in node.values
+                    part.value if isinstance(part, ast.Constant) else "*" for part in node.values
                 )
                 strings.add("".join(parts))
             elif isinstance(node, ast.ImportFrom) and node.module:
                 of = node.module.removeprefix("deboom.").replace(".", "/")
-                for name in (of, *(f"{of}/{node_of_text.name}" for node_of_text in node.names)):
+                for name in (of, *(f"{of}/{alias.name}" for alias in node.names)):
                     if (
                         name.split("/")[0] in ("runs", "pages", "supplier")
                         and (SOURCE / f"{name}.py").is_file()

@@ -238,9 +238,6 @@ CHECK = [
     PlannedRun(gear, limit, full_load=True)
     for gear, limit in ((5, 120), (5, 220), (6, 120), (6, 160), (6, 220), (7, 220))
 ]
-UNTRAINED = [
-    PlannedRun(gear, limit, full_load=True) for gear in (5, 6, 7) for limit in (140.0, 190.0)
-]
 
 
 @cache

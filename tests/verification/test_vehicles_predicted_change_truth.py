@@ -16,6 +16,7 @@ from deboom.vehicles.predicted_change import (
     change_interval,
     change_parts,
 )
+from samples.driven_cars import stated_interval
 
 DATA = Path(__file__).parents[1] / "data/predicted-changes"
 CHOSEN_ON = pd.read_csv(DATA / "fleets_7001_7044.csv")
@@ -29,10 +30,9 @@ def columns(receptance):
 
 
 def interval(receptance, share=0.9):
-    predicted, _, deviation = columns(receptance)
-    # two draws with exactly the standard deviation that the repeats had
-    drawn = predicted + np.outer([1.0, -1.0], deviation / np.sqrt(2.0))
-    return change_interval(predicted, drawn, receptance=receptance, share=share)
+    return stated_interval(
+        CARS[CARS["receptance"] == receptance], receptance=receptance, share=share
+    )
 
 
 def share_held(receptance):

@@ -130,8 +130,9 @@ class CrossStiffness:
             )
         rest = f"; these runs do not decide {' and '.join(open_angles)}" if open_angles else ""
         return (
-            f"{start}it stands at an angle that is not stated: {', '.join(named)} (90 %) from how "
-            f"it is stated to stand{rest}: check it, and state the angles in the mount table"
+            f"{start}it stands at an angle that is not stated: {', '.join(named)} (90 %, errors of "
+            f"measurement alone) from how it is stated to stand{rest}: look how it stands, and "
+            "state the angles of its drawing, not these, in the mount table"
         )
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from browser_samples import Browser
 from deboom.files import platform
 from deboom.mounts import characterise
 from deboom.report import Report, report
@@ -34,6 +35,14 @@ def shipped_files_once():
         record = cache(runner.environment_record)
         patch.setattr(runner, "environment_record", lambda packages: deepcopy(record(packages)))
         yield
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Open a real browser; tests are skipped where there is none."""
+    opened = Browser()
+    yield opened
+    opened.close()
 
 
 @pytest.fixture(scope="module")

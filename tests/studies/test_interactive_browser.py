@@ -10,19 +10,11 @@ import numpy as np
 import pytest
 from interactive_front_samples import VEHICLES, N, data_of, front
 
-from browser_samples import Browser
 from deboom.errors import InputError
 from deboom.physics.sound_level import a_weighting
 from deboom.report import interactive
 from deboom.report.interactive import render_interactive
 from deboom.report.report import Picture
-
-
-@pytest.fixture(scope="module")
-def browser():
-    opened = Browser()
-    yield opened
-    opened.close()
 
 
 @pytest.fixture(scope="module")

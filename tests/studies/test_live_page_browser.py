@@ -6,15 +6,7 @@ import numpy as np
 import pytest
 from interactive_front_samples import FULL_SCALE, data_of, live_front
 
-from browser_samples import Browser
 from deboom.report.interactive import render_interactive
-
-
-@pytest.fixture(scope="module")
-def browser():
-    opened = Browser()
-    yield opened
-    opened.close()
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,6 @@ import pytest
 from acceptance_samples import acceptance_box, variable
 from scipy.stats import norm
 
-from browser_samples import Browser
 from command_line import call, refused
 from deboom.bench.powertrain import load_bench
 from deboom.choices import Language, Pick
@@ -154,13 +153,6 @@ def sheet_of(study, mount="TSM", files=None, language=Language.en, **changes):
 @pytest.fixture(scope="module")
 def sheet(study, box_run, sharing_run, few_draws):
     return sheet_of(study, files=sources.SheetFiles(box=box_run, sharing=sharing_run))
-
-
-@pytest.fixture(scope="module")
-def browser():
-    opened = Browser()
-    yield opened
-    opened.close()
 
 
 def report(*words, **code):

@@ -185,3 +185,14 @@ def test_tolerances_may_be_variables_too(tmp_path):
     np.testing.assert_allclose(price, expected, rtol=1e-9)
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "At no higher price than today" in page
+
+
+def test_the_answer_is_two_pages_of_paper(front_run, browser, tmp_path):
+    """What stands behind the answer begins on a page of its own, and is left out here."""
+    page = (front_run / "report.html").read_text(encoding="utf-8")
+    assert 'class="behind"' in page
+    hidden = "<style>.behind, .behind ~ *, footer { display: none !important; }</style></head>"
+    answer = tmp_path / "answer.html"
+    answer.write_text(page.replace("</head>", hidden), encoding="utf-8")
+    browser.open(answer)
+    assert browser.printed_pages() == 2

@@ -9,8 +9,8 @@ SCRIPTS = sorted((ROOT / "benchmarks").rglob("*.py"))
 IMPORT_ALL = """
 import runpy, sys
 
-plain = list(sys.path)
 benchmarks, tests, *scripts = sys.argv[1:]
+plain = [benchmarks, *sys.path]  # where PYTHONSAFEPATH is set, Python does not add it by itself
 for script in scripts:
     sys.path[:] = plain  # each script finds its samples by itself
     for name, module in list(sys.modules.items()):

@@ -1,4 +1,4 @@
-"""What runs say: their steps, the words of each page, two numbers for each column of each table.
+"""What runs say: their steps, words and tables of each page, two numbers for each column of a file.
 
 A page is pinned as text in `tests/golden/pages`, so that a change of it is read as a difference.
 `DEBOOM_PIN=1 make test` writes the pages anew; do so only when a change is meant, and say in the
@@ -68,8 +68,9 @@ NOT_DETERMINED_TABLE = re.compile(r"(?s)<table(?:(?!</table>).)*?at its bound.*?
 TICKS = ("major_formatter", "major_locator", "minor_locator", "layout_engine")
 """What an artist of any kind may be asked for: how it looks, and of which type its ticks are."""
 NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-LIST = re.compile(r"\[[-+\d.,e\s]+\]")
-"""Numbers of one list in JSON; a small one is known to the digits of its large neighbours."""
+TAG = re.compile(r"<[^>]*>")
+IN_A_LINE = re.compile(r"</?(?:a|abbr|b|code|em|i|kbd|small|span|strong|sub|sup)\b[^>]*>")
+"""Tags that do not end a paragraph."""
 PASSING = re.compile(
     r"(\d+(?:\.\d+)? s\b|\d{4}-\d\d-\d\d\w*|(?<![\w.])[0-9a-f]{12,}|(?<![\w.])/\S+"
     r"|^.*(?:seconds|visible together only|is not visible).*$)",
@@ -87,9 +88,15 @@ def run_aloud(study, out, options):
     return folder
 
 
-def hold(folder, name):
-    """Compare a run, or one page, with what was pinned; write it where that is asked for."""
-    hold_lines(pinned_text(Path(folder)), name, _alike)
+def hold(folder, name, like=None):
+    """Compare a run, or one page, with what was pinned; write it where that is asked for.
+
+    A second run of one page names the pin that it is `like`: its prose stands there alone.
+    """
+    said = pinned_text(Path(folder))
+    if like is not None:
+        said = _beside(said, (PAGES / f"{like}.txt").read_text(encoding="utf-8"), like)
+    hold_lines(said, name, _alike)
 
 
 def hold_lines(said, name, same):
@@ -104,31 +111,106 @@ def hold_lines(said, name, same):
 
 
 def pinned_text(folder):
-    """Return the lines of a run: its files, what its record says, its tables, texts and page."""
+    """Return the lines of a run: its steps, and of each file what it says.
+
+    A column of a table in a file is a line, a row of a table on a page, a list of numbers in JSON,
+    and a paragraph.
+    """
     files = [folder] if folder.is_file() else sorted(folder.rglob("*"))
-    lines = [f"== {p.relative_to(folder).as_posix()}" for p in files if "." in p.name]
-    if (steps := folder.parents[1] / STEPS).exists():
-        lines += PASSING.sub("…", steps.read_text(encoding="utf-8")).split("\n")
+    steps = folder.parents[1] / STEPS
+    lines = steps.read_text(encoding="utf-8").split("\n") if steps.exists() else []
     for path in files:
-        if path.suffix in (".csv", ".html", ".json") and "evaluations" not in path.parts:
-            lines.append(f"== {path.name}")
-        if path.name == "run.json":
-            record = json.loads(path.read_text(encoding="utf-8"))
-            lines += [f"{name}: {fact}" for name, fact in record["facts"].items()]
-            lines += [f"read {name}" for name in sorted({*map(_last, record["inputs_sha256"])})]
-        elif path.suffix == ".png" and (said := path.read_bytes()).startswith(PICTURE):
-            lines += [f"== {path.name}", *said.removeprefix(PICTURE).decode().split("\n")]
-        elif path.suffix == ".csv":
-            moving = NOT_DETERMINED if path.stem == "identifiability" else ()
-            lines += _columns(pd.read_csv(path), moving)
-        elif path.suffix in (".html", ".json") and "evaluations" not in path.parts:
-            text = path.read_text(encoding="utf-8").partition('<h2 id="provenance">')[0]
-            text = NOT_DETERMINED_TABLE.sub("the thesis's numbers", text)
-            text = re.sub(r"(?s)<(script|style)\b.*?</\1>|<[^>]*>", "\n", text)
-            if path.suffix == ".json":
-                text = LIST.sub(lambda numbers: _numbers(json.loads(numbers[0])), text)
-            lines += PASSING.sub("…", unescape(text)).split("\n")
-    return [short for line in lines if (short := " ".join(line.split()))]
+        name = path.name if path == folder else path.relative_to(folder).as_posix()
+        lines += [f"== {name}"] if path.is_file() else []
+        if path.suffix in SAYS and "evaluations" not in path.parts:
+            lines += SAYS[path.suffix](path)
+    passing = (PASSING.sub("…", line) for line in lines)
+    return [short for line in passing if (short := " ".join(line.split())) not in ("", "…")]
+
+
+def _of_page(path):
+    text = path.read_text(encoding="utf-8").partition('<h2 id="provenance">')[0]
+    text = NOT_DETERMINED_TABLE.sub("the thesis's numbers", text)
+    text = re.sub(r"(?s)<(script|style)\b.*?</\1>", "\n", text)
+    text = re.sub(r"(?s)<tr\b.*?</tr>", _row, text)
+    text = IN_A_LINE.sub(" ", re.sub(r"</dt>\s*<dd\b[^>]*>", ": ", text))
+    return unescape(TAG.sub("\n", text)).split("\n")
+
+
+def _row(row):
+    """Return a row of a table as a line."""
+    cells = (TAG.sub(" ", cell).split() for cell in re.split(r"</t[dh]>", row[0])[:-1])
+    return "\n" + " | ".join(map(" ".join, cells)) + "\n"
+
+
+def _of_json(path):
+    record = json.loads(path.read_text(encoding="utf-8"))
+    if path.name == "run.json":
+        inputs = sorted({*map(_last, record["inputs_sha256"])})
+        record = {**record["facts"], "inputs": inputs}
+    return _leaves(record)
+
+
+def _leaves(value, name=""):
+    """Say each number and word of JSON, a list of them in one line."""
+    items = value.values() if isinstance(value, dict) else value
+    if isinstance(value, dict) and not all(map(_is_hash, items)):
+        for key, item in value.items():
+            yield from _leaves(item, f"{name} {key}")
+    elif isinstance(value, list) and any(isinstance(item, dict | list) for item in value):
+        for item in value:
+            yield from _leaves(item, name)
+    elif isinstance(value, list) and value and all(isinstance(n, int | float) for n in value):
+        yield f"{name}: {_numbers(value)}"
+    else:
+        said = " ".join(map(str, value)) if isinstance(value, dict | list) else value
+        yield f"{name}: {said}"
+
+
+def _is_hash(value):
+    return isinstance(value, str) and re.fullmatch("[0-9a-f]{12,}", value) is not None
+
+
+def _of_table(path):
+    moving = NOT_DETERMINED if path.stem == "identifiability" else ()
+    return _columns(pd.read_csv(path), moving)
+
+
+def _of_picture(path):
+    said = path.read_bytes()
+    return said.removeprefix(PICTURE).decode().split("\n") if said.startswith(PICTURE) else []
+
+
+SAYS = {".html": _of_page, ".json": _of_json, ".csv": _of_table, ".png": _of_picture}
+"""What a file of each kind says."""
+
+
+def _beside(said, other, like):
+    """Leave out what another run of one page says alike: whole files, and words without numbers."""
+    others = dict(_files(other.split("\n")))
+    words = {line for lines in others.values() for line in lines if not NUMBER.search(line)}
+    for head, lines in _files(said):
+        same = others.get(head, ())
+        if len(lines) > 1 and len(lines) == len(same) and all(map(_alike, lines, same)):
+            lines = [f"as in {like}"]
+        shared = [line for line in lines if line in words]
+        yield head
+        yield from (line for line in lines if line not in words)
+        if shared:
+            yield f"and words as in {like}: {_digest(' '.join(shared))}"
+
+
+def _files(lines):
+    """Yield the head of each file and its lines; steps stand before the first."""
+    head, inside = "== steps", []
+    for line in lines:
+        if line.startswith("== "):
+            if inside or head != "== steps":
+                yield head, inside
+            head, inside = line, []
+        else:
+            inside.append(line)
+    yield head, inside
 
 
 def described(drawing):
@@ -141,11 +223,11 @@ def described(drawing):
     for axes in figure.axes:
         title = " ".join(axes.get_title(place) for place in ("left", "center", "right"))
         ends = " ".join(f"{end:.4g}" for end in (*axes.get_xlim(), *axes.get_ylim()))
-        lines.append(f"{title} | {axes.get_xlabel()} | {axes.get_ylabel()} | {ends}")
+        labels = f"{title} | {axes.get_xlabel()} | {axes.get_ylabel()} | {ends}"
         legend = axes.get_legend()
         words = " ".join(w.get_text() for w in (*axes.texts, *(legend.texts if legend else ())))
         many = words if len(words) > 300 else ""
-        lines.append(f"words: {_digest(NUMBER.sub('#', many))}" if many else words)
+        lines.append(f"{labels} | {_digest(NUMBER.sub('#', many)) if many else words}")
         to_data = axes.transData.inverted()
         kinds = {
             "lines": [line.get_xydata() for line in axes.lines],
@@ -157,12 +239,14 @@ def described(drawing):
             "texts": [text.get_position() for text in axes.texts],
             "numbers": [[float(n.replace("−", "-")) for n in NUMBER.findall(many)]],
         }
+        said = []
         for kind, arrays in kinds.items():
             values = [np.ravel(np.ma.filled(a, 0.0)) for a in arrays if a is not None]
             if any(map(np.any, values)):
                 digits = 4 if kind == "colours" else 6
-                lines.append(f"{kind}: {len(values)}, {_numbers(np.concatenate(values), digits)}")
-        lines.append(" ".join(sorted({to_hex(line.get_color()) for line in axes.lines})))
+                said.append(f"{kind}: {len(values)}, {_numbers(np.concatenate(values), digits)}")
+        colours = sorted({to_hex(line.get_color()) for line in axes.lines})
+        lines.append("; ".join([*said, *colours]))
     kinds = defaultdict(list)
     for artist in figure.findobj():
         kinds[type(artist).__name__].append(_looks(artist))

@@ -137,7 +137,7 @@ def test_two_seeds_of_one_study(compared):
 def test_runs_of_different_models_get_a_verdict_each_in_any_order(pair, springs, judged, tmp_path):
     runs = [*pair, springs(seed=3, generations=1, tolerance=0.3)]
     folder, verdicts = judged(runs, tmp_path / "a")
-    hold(folder, "compare_models")
+    hold(folder, "compare_models", like="compare")
     again, reversed_verdicts = judged(runs[::-1], tmp_path / "b")
     assert verdicts == reversed_verdicts
     for name in ("judge_1_pairs.csv", "judge_2_fronts.csv"):

@@ -65,7 +65,7 @@ def test_a_part_is_judged(part, tmp_path):
     assert decision == "fail"
     run = Path(place)
     assert run.parent == tmp_path / "unbalance"
-    hold(run, "judged_compressor")
+    hold(run, "judged_compressor", like="compressor_unbalance")
     book = load_workbook(run / "supplier_sheet.xlsx", read_only=True)
     assert book.sheetnames == ["verdicts", "not decided", "conditions"]
     record = json.loads((run / "run.json").read_text(encoding="utf-8"))

@@ -388,7 +388,7 @@ def anonymous(front_run, box_run, tmp_path_factory, few_draws):
 
 def test_an_anonymous_sheet_tells_no_name_no_limit_and_no_command(anonymous, front_run, study):
     page, workbook = anonymous
-    hold(page, "supplier_anonymous")
+    hold(page, "supplier_anonymous", like="supplier_en")
     html = page.read_text(encoding="utf-8")
     fleet = study.platform.fleet.vehicles
     secrets = [

@@ -95,7 +95,7 @@ def hold(folder, name, like=None):
     """
     said = pinned_text(Path(folder))
     if like is not None:
-        said = _beside(said, (PAGES / f"{like}.txt").read_text(encoding="utf-8"), like)
+        said = [*_beside(said, (PAGES / f"{like}.txt").read_text(encoding="utf-8"), like)]
     hold_lines(said, name, _alike)
 
 
@@ -187,7 +187,7 @@ SAYS = {".html": _of_page, ".json": _of_json, ".csv": _of_table, ".png": _of_pic
 
 def _beside(said, other, like):
     """Leave out what another run of one page says alike: whole files, and words without numbers."""
-    others = dict(_files(other.split("\n")))
+    others = dict(_files(other.rstrip("\n").split("\n")))
     words = {line for lines in others.values() for line in lines if not NUMBER.search(line)}
     for head, lines in _files(said):
         same = others.get(head, ())

@@ -56,17 +56,23 @@ QUESTION = "Do these parts keep the acceptance box?"
 class Options:
     """Which parts are held against what."""
 
-    box: Annotated[Path, Argument(help="Run of solution_box, its box, or a sheet as sent.")] = (
-        Path()
-    )
-    parts: Annotated[Path, Argument(help="Measured parts, or the sheet filled in.")] = Path()
-    platform: Annotated[Path | None, Option(help="Platform of the box: predicts levels.")] = None
+    box: Annotated[
+        Path, Argument(help="Run of solution_box, an acceptance box, or a supplier's sheet.")
+    ] = Path()
+    parts: Annotated[
+        Path, Argument(help="Table of measured parts, or the supplier's workbook, filled in.")
+    ] = Path()
+    platform: Annotated[
+        Path | None, Option(help="Platform folder of the box, to predict the levels of the cars.")
+    ] = None
     uncertainty: Annotated[
         float | None,
-        Option(help="Error of a stiffness, relative, 95 %; default: the sheet's."),
+        Option(help="Relative error of a measured stiffness, 95 % [1]; default: from the sheet."),
     ] = None
-    over_today: Annotated[bool, Option(help="Columns are ratios to today's part.")] = False
-    seed: Annotated[int, Option(help="Seed of the predicted cars, from 1.")] = 1
+    over_today: Annotated[
+        bool, Option(help="The columns are ratios to today's part, not N/mm.")
+    ] = False
+    seed: Annotated[int, Option(help="Seed of the predicted cars, 1 or higher.")] = 1
 
 
 @dataclass(frozen=True, eq=False)

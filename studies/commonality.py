@@ -73,15 +73,30 @@ class Options:
     """What sharing may cost, who may share, and for how long is searched."""
 
     seed: Seed = 1
-    allowed: Annotated[float, Option(help="Above mounts of its own, per line [dB].")] = 0.5
-    limits: Annotated[Path | None, Option(help="Table: vehicle, limit [dB(A)].")] = None
-    share: Annotated[float, Option(help="Share of cars within the limit [1].")] = 0.95
-    together: Annotated[list[str] | None, Option(help="TSM=U06-1,U06-2; repeatable.")] = None
+    allowed: Annotated[
+        float, Option(help="Allowed rise above the level with own mounts, per line [dB].")
+    ] = 0.5
+    limits: Annotated[
+        Path | None,
+        Option(help="Table with the columns vehicle and limit [dB(A)], in place of --allowed."),
+    ] = None
+    share: Annotated[float, Option(help="Share of cars that keep the limit [1].")] = 0.95
+    together: Annotated[
+        list[str] | None,
+        Option(help="Vehicles that must share a mount, such as TSM=U06-1,U06-2; repeatable."),
+    ] = None
     starts: Annotated[
-        int, Option(help="Descents per vehicle for its own best.", callback=at_least(1))
+        int,
+        Option(
+            help="Number of descents to find the best mounts of one vehicle.", callback=at_least(1)
+        ),
     ] = 12
-    bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.20
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
+    bounds: Annotated[
+        float, Option(help="Half width of the range of stiffness factors around 1 [1].")
+    ] = 0.20
+    tolerance: Annotated[
+        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
+    ] = 0.15
     platform: PlatformOptions = PlatformOptions(group=None)
     motion: MotionOptions = MotionOptions()
 

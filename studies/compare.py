@@ -49,11 +49,13 @@ FEWEST = 1024
 class Options:
     """Which runs are compared, and with which draws."""
 
-    runs: Annotated[list[Path], Argument(help="Folders of front studies, two or more.")] = field(
-        default_factory=list
+    runs: Annotated[list[Path], Argument(help="Run folders of front studies, two or more.")] = (
+        field(default_factory=list)
     )
-    seed: Annotated[int, Option(help="Seed of the common draws, from 1.")] = 1
-    samples: Annotated[int, Option(help="Common draws; a power of two from 1024.")] = 2048
+    seed: Annotated[int, Option(help="Seed of the common draws, 1 or higher.")] = 1
+    samples: Annotated[
+        int, Option(help="Number of common draws, a power of two, 1024 or higher.")
+    ] = 2048
     studies: StudiesFolder = None
 
     def __post_init__(self) -> None:

@@ -77,21 +77,26 @@ class Options:
 
     seed: Seed = 1
     level: Annotated[
-        CalibrationLevel, Option(help="How well the virtual sensors are calibrated and placed.")
+        CalibrationLevel,
+        Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
     ] = CalibrationLevel.C2
     test: Annotated[Path | None, Option(help="Folder with component.toml.")] = None
     receiver: Annotated[
-        Path | None, Option(help="Folder with receiver.toml: where the source goes.")
+        Path | None, Option(help="Folder with receiver.toml: another receiver for the source.")
     ] = None
     regularisation: Annotated[
         str,
-        Option(help="What chooses how much is held back: cross-validation, l-curve or none."),
+        Option(help="Rule that chooses the regularisation: cross-validation, l-curve or none."),
     ] = "cross-validation"
     unmeasured_point: Annotated[
-        bool, Option(help="Without --test: a bracket joins source and car, unmeasured.")
+        bool,
+        Option(help="Without --test: add a bracket between source and car that is not measured."),
     ] = False
     airborne: Annotated[
-        float, Option(help="Without --test: energy through the air over that of the structure.")
+        float,
+        Option(
+            help="Without --test: energy through the air over energy through the structure [1]."
+        ),
     ] = 0.0
 
     def __post_init__(self) -> None:

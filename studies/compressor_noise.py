@@ -77,12 +77,15 @@ class Options:
 
     seed: Seed = 1
     level: Annotated[
-        CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
+        CalibrationLevel,
+        Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
     ] = CalibrationLevel.C2
     car: Annotated[Path | None, Option(help="Folder with car.toml.")] = None
-    band: Annotated[str, Option(metavar=BAND, help="Lines that are looked at [Hz].")] = "20-140"
-    hoses: Annotated[bool, Option(help="Identify and model standard hoses.")] = True
-    draws: Annotated[int, Option(help="Draws behind the bands.", callback=at_least(20))] = 64
+    band: Annotated[str, Option(metavar=BAND, help="Band of the analysis [Hz].")] = "20-140"
+    hoses: Annotated[
+        bool, Option(help="Identify the standard hoses and include them in the model.")
+    ] = True
+    draws: Annotated[int, Option(help="Number of draws for the bands.", callback=at_least(20))] = 64
 
 
 def prepare(options: Options) -> NoisePlan:

@@ -115,36 +115,60 @@ class Options:
 
     seed: Seed = 1
     cars: Annotated[list[Path] | None, Option(help="Folder with car.toml; repeatable.")] = None
-    fleet: Annotated[int | None, Option(help="Seed of a drawn virtual fleet.")] = None
-    level: Annotated[CalibrationLevel, Option(help="Calibration of the laboratory.")] = (
-        CalibrationLevel.C2
+    fleet: Annotated[
+        int | None, Option(help="Seed of a random virtual fleet; default: the shipped fleet.")
+    ] = None
+    level: Annotated[
+        CalibrationLevel,
+        Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
+    ] = CalibrationLevel.C2
+    parts: Annotated[
+        Parts, Option(help="One part for all mounts, or a separate part for each mount.")
+    ] = Parts.identical
+    hoses: Annotated[Hoses, Option(help="Hoses as a path that the mounts do not change.")] = (
+        Hoses.none
     )
-    parts: Annotated[Parts, Option(help="One part for all mounts, or own ones.")] = Parts.identical
-    hoses: Annotated[Hoses, Option(help="Hoses: a path that mounts do not change.")] = Hoses.none
-    pressure: Annotated[list[str] | None, Option(help="BAR or BAR=WEIGHT; repeatable.")] = None
-    band: Annotated[str, Option(metavar=BAND, help="Lines that count [Hz].")] = "20-140"
-    line_step: Annotated[float, Option(help="Between lines [Hz].")] = 2.0
-    reach: Annotated[float, Option(help="Stiffness factors run within 1 ± reach [1].")] = 0.4
-    travel: Annotated[float, Option(help="Largest travel under 1 g, over today's [1].")] = 1.2
+    pressure: Annotated[
+        list[str] | None, Option(help="Pressure of a sweep, as BAR or BAR=WEIGHT; repeatable.")
+    ] = None
+    band: Annotated[str, Option(metavar=BAND, help="Band whose lines count [Hz].")] = "20-140"
+    line_step: Annotated[float, Option(help="Distance of the frequency lines [Hz].")] = 2.0
+    reach: Annotated[
+        float, Option(help="Half width of the range of stiffness factors around 1 [1].")
+    ] = 0.4
+    travel: Annotated[
+        float, Option(help="Largest allowed travel under 1 g, over today's travel [1].")
+    ] = 1.2
     peak_rise: PeakRiseOption = None
-    tolerance: Annotated[float, Option(help="Half width of a piece's stiffness, 3 sigma [1].")] = (
-        0.15
+    tolerance: Annotated[
+        float, Option(help="Half width of the scatter of a mount's stiffness, 3 sigma [1].")
+    ] = 0.15
+    batch: Annotated[float, Option(help="Share of the batch in the variance of stiffness [1].")] = (
+        0.5
     )
-    batch: Annotated[float, Option(help="Share of the batch in its variance [1].")] = 0.5
-    place_tolerance: Annotated[float, Option(help="Half width of coordinates, 3 sigma [mm].")] = 1.0
+    place_tolerance: Annotated[
+        float, Option(help="Half width of the scatter of mount coordinates, 3 sigma [mm].")
+    ] = 1.0
     search: SearchOptions = SearchOptions(generations=20, population=24)
     samples: Annotated[
         int,
-        Option(help="Draws per design; a power of two.", callback=at_least(8, power_of_two=True)),
+        Option(
+            help="Number of draws per design, a power of two.",
+            callback=at_least(8, power_of_two=True),
+        ),
     ] = 32
     checks: Annotated[
         int,
-        Option(help="Draws that verify; a power of two.", callback=at_least(8, power_of_two=True)),
+        Option(
+            help="Number of draws of the verification, a power of two.",
+            callback=at_least(8, power_of_two=True),
+        ),
     ] = 128
     n: Annotated[
         int,
         Option(
-            help="Base points of Sobol; a power of two.", callback=at_least(8, power_of_two=True)
+            help="Number of base points of the Sobol indices, a power of two.",
+            callback=at_least(8, power_of_two=True),
         ),
     ] = 256
 

@@ -45,7 +45,8 @@ class Options:
 
     seed: Seed = 1
     level: Annotated[
-        CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
+        CalibrationLevel,
+        Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
     ] = CalibrationLevel.C2
     test: Annotated[Path | None, Option(help="Folder with operation.toml.")] = None
     limits: ComponentLimitsFile = None

@@ -47,13 +47,17 @@ class Options:
     """Which run is held against which drives."""
 
     run: Annotated[Path, Argument(help="Folder of a finished front study.")] = Path()
-    folder: Annotated[Path, Argument(help="Measured pressures: today*.csv and new*.csv.")] = Path()
+    folder: Annotated[
+        Path, Argument(help="Folder with measured pressures, today*.csv and new*.csv.")
+    ] = Path()
     design: Annotated[
         str,
-        Option(metavar="PICK|FILE", help=f"Design that was built: {', '.join(Pick)}; or a file."),
+        Option(
+            metavar="PICK|FILE", help=f"The built design: {', '.join(Pick)}; or a file of designs."
+        ),
     ] = Pick.best_mean.value
     studies: StudiesFolder = None
-    seed: Annotated[int, Option(help="Seed of the draws, from 1.")] = 1
+    seed: Annotated[int, Option(help="Seed of the draws, 1 or higher.")] = 1
 
 
 @dataclass(frozen=True, eq=False)

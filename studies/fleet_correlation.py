@@ -40,17 +40,30 @@ class Options:
 
     seed: Seed = 1
     designs: Annotated[int, Option(help="Number of designs of a space-filling plan.")] = 300
-    plan: Annotated[Plan, Option(help="How designs are laid out.")] = Plan.latin_hypercube
-    generators: Annotated[str | None, Option(help="Fraction, such as 'a b c abc'.")] = None
-    table: Annotated[Path | None, Option(help="Own designs, CSV or xlsx.")] = None
-    bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.15
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
-    draws: Annotated[int, Option(help="Draws of the scatter per design; a power of two.")] = 16
+    plan: Annotated[Plan, Option(help="Plan of the experiment.")] = Plan.latin_hypercube
+    generators: Annotated[
+        str | None, Option(help="Generators of a fractional plan, such as 'a b c abc'.")
+    ] = None
+    table: Annotated[
+        Path | None, Option(help="Table of your own designs, CSV or xlsx, in place of a plan.")
+    ] = None
+    bounds: Annotated[
+        float, Option(help="Half width of the range of stiffness factors around 1 [1].")
+    ] = 0.15
+    tolerance: Annotated[
+        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
+    ] = 0.15
+    draws: Annotated[
+        int, Option(help="Number of draws of the scatter per design, a power of two.")
+    ] = 16
     resamples: Annotated[
-        int, Option(help="Resamples of the bootstrap.", callback=at_least(100))
+        int, Option(help="Number of bootstrap resamples.", callback=at_least(100))
     ] = 1000
-    cut: Annotated[float, Option(help="Least correlation within a family [1].")] = 0.9
-    apart: Annotated[str | None, Option(help="Held against the others; else the oddest.")] = None
+    cut: Annotated[float, Option(help="Smallest correlation of vehicles in one family [1].")] = 0.9
+    apart: Annotated[
+        str | None,
+        Option(help="Vehicle to compare with all others; default: the least similar one."),
+    ] = None
     platform: PlatformOptions = PlatformOptions(group=None)
     motion: MotionOptions = MotionOptions()
 

@@ -73,33 +73,38 @@ class Options:
             "--band",
             "--bands",
             metavar=BAND,
-            help="Lines to fit [Hz]; repeatable. Default 10 30 (mounts), 100 150 (mass line).",
+            help="Band of the fit [Hz]; repeatable. Default: 10 30 (mounts) and 100 150 "
+            "(mass line).",
         ),
     ] = None
-    lines: Annotated[int, Option(help="Most lines of the fit; denser ones are thinned evenly.")] = (
-        72
-    )
+    lines: Annotated[
+        int,
+        Option(
+            help="Largest number of lines in the fit; of more lines an even selection is taken."
+        ),
+    ] = 72
     smallest_coherence: Annotated[
-        float, Option(help="Median below which nothing is identified.")
+        float, Option(help="Smallest median of the coherence; below it nothing is identified.")
     ] = 0.8
-    from_hits: Annotated[bool, Option(help="From the blocks over time, not from the FRFs.")] = False
+    from_hits: Annotated[bool, Option(help="Compute the FRFs from the hits over time.")] = False
     thesis: Annotated[
-        bool, Option(help="With a drawing: also each mount's place, tilt and stiffness.")
+        bool, Option(help="With a drawing, also fit position, tilt and stiffness of each mount.")
     ] = True
     identical_mounts: IdenticalMounts = False
     truth: Annotated[
-        bool, Option(help="Compare with truth/ of a virtual test, else never opened.")
+        bool, Option(help="Compare with truth/ of a virtual test; otherwise deboom never opens it.")
     ] = False
     free: Annotated[
         bool,
         Option(
             "--free",
-            help="The body hangs free: mass, centre of gravity and inertia from its mass lines. "
-            "Of the other options --band (one), --from-hits, --truth, --hung and --out count.",
+            help="The body is freely suspended: fit mass, centre of gravity and inertia to "
+            "its mass lines. It works with --band (once), --from-hits, --truth, --hung "
+            "and --out only.",
         ),
     ] = False
     hung: Annotated[
-        bool, Option("--hung", help="With --free: fit the cords that it hangs from as well.")
+        bool, Option("--hung", help="With --free, also fit the cords of the suspension.")
     ] = False
 
     @property

@@ -32,7 +32,7 @@ class Options:
     seed: ClassVar[int] = 1
     """Nothing is drawn; a run folder states a seed all the same."""
 
-    folder: Annotated[Path, Argument(help="Folder of any kind that deboom new writes.")] = Path()
+    folder: Annotated[Path, Argument(help="Folder of any kind that `deboom new` writes.")] = Path()
 
 
 def prepare(options: Options) -> Path:

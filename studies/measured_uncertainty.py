@@ -107,13 +107,18 @@ class Options:
     """Which designs, and how often measurements are drawn again."""
 
     seed: Seed = 1
-    draws: Annotated[int, Option(help="Measurements that are drawn, at least 40.")] = 200
-    front: Annotated[Path | None, Option(help="Run of a front study; none: a search.")] = None
+    draws: Annotated[int, Option(help="Number of drawn sets of measurements, at least 40.")] = 200
+    front: Annotated[
+        Path | None, Option(help="Run of a front study; default: a new quick search.")
+    ] = None
     search: SearchOptions = SearchOptions(generations=40, population=60)
     scatter: ScatterOptions = ScatterOptions(samples=64)
-    vehicle: Annotated[list[Path] | None, Option(help="Measured in two ways; repeatable.")] = None
-    ear: Annotated[str | None, Option(help="Ear of these vehicles; default the first.")] = None
-    averaged: Annotated[bool, Option(help="The platform has means of both ways.")] = False
+    vehicle: Annotated[
+        list[Path] | None,
+        Option(help="Folder of a vehicle that was measured in two ways; repeatable."),
+    ] = None
+    ear: Annotated[str | None, Option(help="Ear of these vehicles; default: the first.")] = None
+    averaged: Annotated[bool, Option(help="The platform contains the mean of both ways.")] = False
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
 

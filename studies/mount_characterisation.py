@@ -74,12 +74,18 @@ class Options:
 
     seed: Seed = 1
     campaign: Annotated[Path | None, Option(help="Folder with campaign.toml.")] = None
-    mount_set: Annotated[str, Option(help="Parts on the bench.")] = "M1"
-    static_force: Annotated[bool, Option(help="As preload, not the wheel torque.")] = False
-    pieces: Annotated[int, Option(help="Cubics per surface.", callback=at_least(1))] = 2
-    models: Annotated[bool, Option(help="Other models of the stiffness beside.")] = False
-    self_calibration: Annotated[bool, Option(help="Let chains calibrate themselves.")] = True
-    noise_free: Annotated[bool, Option(help="Virtual benches without any error.")] = False
+    mount_set: Annotated[str, Option(help="Mount set on the bench.")] = "M1"
+    static_force: Annotated[
+        bool, Option(help="Use the static force as preload, not the wheel torque.")
+    ] = False
+    pieces: Annotated[
+        int, Option(help="Number of cubic pieces per response surface.", callback=at_least(1))
+    ] = 2
+    models: Annotated[bool, Option(help="Also compare other models of the stiffness.")] = False
+    self_calibration: Annotated[
+        bool, Option(help="Let the measuring chains calibrate each other.")
+    ] = True
+    noise_free: Annotated[bool, Option(help="Use virtual benches without errors.")] = False
 
     def __post_init__(self) -> None:
         if self.campaign is not None and self.noise_free:

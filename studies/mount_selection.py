@@ -76,12 +76,25 @@ class Options:
 
     seed: Seed = 1
     search: SearchOptions = SearchOptions()
-    samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
-    retuning: Annotated[float, Option(help="Parts may change by ± this; 0: as they are.")] = 0.05
-    catalogue: Annotated[Path | None, Option(help="Library: exported JSON or database.")] = None
-    mount: Annotated[list[str] | None, Option(help="Mount that may change; repeatable.")] = None
-    every_set_up_to: Annotated[int, Option(help="Evaluate all sets if no more.")] = 5000
+    samples: Annotated[
+        int, Option(help="Number of draws of the scatter per design, a power of two.")
+    ] = 128
+    tolerance: Annotated[
+        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
+    ] = 0.15
+    retuning: Annotated[
+        float,
+        Option(help="Allowed change of a part's stiffness, ± [1]; 0 takes the parts as they are."),
+    ] = 0.05
+    catalogue: Annotated[
+        Path | None, Option(help="Mount library with the parts: exported JSON, or a database.")
+    ] = None
+    mount: Annotated[list[str] | None, Option(help="Mount that may be replaced; repeatable.")] = (
+        None
+    )
+    every_set_up_to: Annotated[
+        int, Option(help="Evaluate all sets of parts up to this number of sets.")
+    ] = 5000
     platform: PlatformOptions = PlatformOptions(mounts=MountSource.library_inside)
     motion: Annotated[Motion, Option(help="Motion of the powertrain.")] = Motion.coupled
 

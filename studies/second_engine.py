@@ -80,15 +80,25 @@ class Options:
     """Which engine runs on which mounts, and how both are measured."""
 
     seed: Seed = 1
-    second: Annotated[Path | None, Option(help="Campaign of another engine on the mounts.")] = None
-    campaign: Annotated[Path | None, Option(help="Campaign that characterises the mounts.")] = None
-    library: Annotated[str | None, Option(help="Its mounts, instead of --campaign.")] = None
-    library_campaign: Annotated[
-        str | None, Option(help="Campaign whose mounts the library has.")
+    second: Annotated[
+        Path | None, Option(help="Campaign folder of another engine on the same mounts.")
     ] = None
-    mount_set: Annotated[str, Option(help="Parts on the bench.")] = "M1"
-    pieces: Annotated[int, Option(help="Cubics per surface.", callback=at_least(1))] = 2
-    self_calibration: Annotated[bool, Option(help="Let chains calibrate themselves.")] = True
+    campaign: Annotated[
+        Path | None, Option(help="Campaign folder that characterises the mounts.")
+    ] = None
+    library: Annotated[
+        str | None, Option(help="Library of characterised mounts, in place of --campaign.")
+    ] = None
+    library_campaign: Annotated[
+        str | None, Option(help="Name of the campaign whose mounts are taken from the library.")
+    ] = None
+    mount_set: Annotated[str, Option(help="Mount set on the bench.")] = "M1"
+    pieces: Annotated[
+        int, Option(help="Number of cubic pieces per response surface.", callback=at_least(1))
+    ] = 2
+    self_calibration: Annotated[
+        bool, Option(help="Let the measuring chains calibrate each other.")
+    ] = True
 
     def __post_init__(self) -> None:
         if self.second is None and (self.campaign is not None or self.library is not None):

@@ -91,17 +91,27 @@ class Options:
 
     seed: Seed = 1
     vehicles: Annotated[
-        int, Option(help="Virtual vehicles of one drawing, 1 to 5.", callback=at_least(1))
+        int, Option(help="Number of virtual vehicles of one drawing, 1 to 5.", callback=at_least(1))
     ] = 5
     mount_sets: Annotated[
-        int, Option(help="Virtual mount sets, at least 2; and a mix.", callback=at_least(2))
+        int,
+        Option(
+            help="Number of virtual mount sets, at least 2; a mixed set is added.",
+            callback=at_least(2),
+        ),
     ] = 5
-    load_case: Annotated[str, Option(help="Run of the vehicles; full load.")] = "g5_wot220"
+    load_case: Annotated[str, Option(help="Run of the vehicles, at full load.")] = "g5_wot220"
     vehicle: Annotated[list[Path] | None, Option(help="Folder of a measured vehicle.")] = None
-    campaign: Annotated[Path | None, Option(help="Bench campaign of its mounts.")] = None
-    mount_set: Annotated[str, Option(help="The measured vehicle's, in the campaign.")] = "M1"
-    ear: Annotated[str, Option(help="Where the sound is compared.")] = "driver ear"
-    band: Annotated[tuple[float, float], Option(metavar=BAND, help="Lines to compare [Hz].")] = (
+    campaign: Annotated[
+        Path | None, Option(help="Campaign folder of the mounts of this vehicle.")
+    ] = None
+    mount_set: Annotated[
+        str, Option(help="Mount set of the measured vehicle, as named in the campaign.")
+    ] = "M1"
+    ear: Annotated[str, Option(help="Ear at which the sound is compared.")] = "driver ear"
+    band: Annotated[
+        tuple[float, float], Option(metavar=BAND, help="Band in which the sound is compared [Hz].")
+    ] = (
         20.0,
         55.0,
     )

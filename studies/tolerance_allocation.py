@@ -66,15 +66,27 @@ class Options:
     """What is asked, of which design, and at which price."""
 
     seed: Seed = 1
-    from_run: Annotated[Path | None, Option(help="Finished front study, not a search.")] = None
+    from_run: Annotated[
+        Path | None, Option(help="Run of a front study; default: a new quick search.")
+    ] = None
     pick: Annotated[Pick, Option(help="Design of the front.")] = Pick.best_mean
-    point: Annotated[int | None, Option(help="Its number there, from 1.")] = None
-    sigma: Annotated[float | None, Option(help="Target of the mean level [dB].")] = None
-    limit: Annotated[list[str] | None, Option(help="dB(A), +dB, vehicle=dB(A).")] = None
-    share: Annotated[float, Option(help="Share of parts within limits [1].")] = 0.95
-    tightest: Annotated[float, Option(help="Smallest tolerance, half width [1].")] = 0.05
-    widest: Annotated[float, Option(help="Largest tolerance, half width [1].")] = 0.30
-    cost_table: Annotated[Path | None, Option(help="variable, weight, reference tolerance")] = None
+    point: Annotated[
+        int | None, Option(help="Number of the design in the front, from 1, in place of --pick.")
+    ] = None
+    sigma: Annotated[
+        float | None,
+        Option(help="Target for sigma of the mean level [dB]; default: today's sigma."),
+    ] = None
+    limit: Annotated[
+        list[str] | None,
+        Option(help="Limit, as dB(A), as +dB over today, or as vehicle=dB(A); repeatable."),
+    ] = None
+    share: Annotated[float, Option(help="Share of parts within the limits [1].")] = 0.95
+    tightest: Annotated[float, Option(help="Smallest allowed tolerance, half width [1].")] = 0.05
+    widest: Annotated[float, Option(help="Largest allowed tolerance, half width [1].")] = 0.30
+    cost_table: Annotated[
+        Path | None, Option(help="Table with the columns variable, weight and reference tolerance.")
+    ] = None
     search: SearchOptions = SearchOptions(generations=40, population=60)
     scatter: ScatterOptions = ScatterOptions(samples=256)
     platform: PlatformOptions = PlatformOptions()

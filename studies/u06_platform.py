@@ -56,24 +56,38 @@ class Options:
     seed: Seed = 1
     doe: Annotated[
         int,
-        Option(help="Designs of the DOE; a power of two.", callback=at_least(8, power_of_two=True)),
+        Option(
+            help="Number of designs of the DOE, a power of two.",
+            callback=at_least(8, power_of_two=True),
+        ),
     ] = 256
-    draws: Annotated[int, Option(help="Draws of a design's scatter; a power of two.")] = 16
+    draws: Annotated[
+        int, Option(help="Number of draws of the scatter per design, a power of two.")
+    ] = 16
     search: ThoroughSearchOptions = ThoroughSearchOptions(generations=30)
-    samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128
+    samples: Annotated[
+        int, Option(help="Number of draws of the scatter per design, a power of two.")
+    ] = 128
     n: Annotated[
         int,
         Option(
-            help="Base points of sensitivities; a power of two.",
+            help="Number of base points of the sensitivities, a power of two.",
             callback=at_least(8, power_of_two=True),
         ),
     ] = 1024
     resamples: Annotated[
-        int, Option(help="Bootstrap resamples of all intervals.", callback=at_least(100))
+        int, Option(help="Number of bootstrap resamples for all intervals.", callback=at_least(100))
     ] = 200
-    bounds: Annotated[float, Option(help="Designs of the search lie within 1 ± this [1].")] = 0.20
-    half_width: Annotated[float, Option(help="DOE and sensitivities: within 1 ± this [1].")] = 0.15
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
+    bounds: Annotated[
+        float,
+        Option(help="Half width of the range of stiffness factors around 1, in the search [1]."),
+    ] = 0.20
+    half_width: Annotated[
+        float, Option(help="The same half width in the DOE and the sensitivities [1].")
+    ] = 0.15
+    tolerance: Annotated[
+        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
+    ] = 0.15
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
 

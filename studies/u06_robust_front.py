@@ -69,24 +69,43 @@ class Options:
     seed: Seed = 1
     search: ThoroughSearchOptions = ThoroughSearchOptions(generations=50)
     scatter: ScatterOptions = ScatterOptions()
-    sampler: Annotated[Sampler, Option(help="Tolerance draws; fresh: the thesis.")] = Sampler.sobol
-    objective: Annotated[Aim, Option(help="What is minimised.")] = Aim.mean
-    nominal_mean: Annotated[bool, Option(help="Level of the design itself as mean.")] = False
-    control_variate: Annotated[bool, Option(help="Mean and sigma by regression.")] = False
+    sampler: Annotated[
+        Sampler,
+        Option(help="Method of the draws of the scatter; fresh is the method of the thesis."),
+    ] = Sampler.sobol
+    objective: Annotated[Aim, Option(help="First objective of the search.")] = Aim.mean
+    nominal_mean: Annotated[
+        bool, Option(help="Take the level of the design itself in place of the mean.")
+    ] = False
+    control_variate: Annotated[
+        bool, Option(help="Compute mean and sigma with a control variate (regression).")
+    ] = False
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
     as_thesis: Annotated[
-        bool, Option(help="Prescribed motion; fresh Gaussian draws, 100 in place of 128.")
+        bool,
+        Option(
+            help="Search as the thesis: prescribed motion, and 100 fresh Gaussian draws per "
+            "design in place of 128."
+        ),
     ] = False
-    loss_factors: Annotated[bool, Option(help="Loss factors ±20 % are variables too.")] = False
-    limits: Annotated[Path | None, Option(help="TOML: sag, travel, modes to keep.")] = None
+    loss_factors: Annotated[
+        bool, Option(help="Take the loss factors, ±20 %, as further variables.")
+    ] = False
+    limits: Annotated[
+        Path | None, Option(help="TOML file with limits of sag, travel and modes.")
+    ] = None
     peak_rise: PeakRiseOption = None
     target: Annotated[
-        float | None, Option(help="Level of a car [dB(A)].", show_default="each vehicle's of today")
+        float | None,
+        Option(help="Target level of a car [dB(A)].", show_default="each vehicle's of today"),
     ] = None
     free_tolerances: Annotated[
         bool,
-        Option(help="Search again with the tolerance of each mount, ±5 to ±25 %, as a variable."),
+        Option(
+            help="Search a second time with the tolerance of each mount, ±5 to ±25 %, as a "
+            "variable."
+        ),
     ] = False
 
     def __post_init__(self) -> None:

@@ -37,15 +37,26 @@ class Options:
     """What varies and how far, and from how many points."""
 
     seed: Seed = 1
-    n: Annotated[int, Option(help="Base points; a power of two.")] = 1024
+    n: Annotated[int, Option(help="Number of base points, a power of two.")] = 1024
     resamples: Annotated[
-        int, Option(help="Bootstrap resamples of the intervals.", callback=at_least(2))
+        int, Option(help="Number of bootstrap resamples for the intervals.", callback=at_least(2))
     ] = 100
-    analysis: Annotated[Analysis, Option(help="Chosen or scattering.")] = Analysis.design
-    bounds: Annotated[float, Option(help="Range of the design analysis [1].")] = 0.15
-    beside: Annotated[float, Option(help="Another range, beside it [1].")] = 0.20
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
-    pairs: Annotated[bool, Option(help="What two stiffnesses do together only.")] = False
+    analysis: Annotated[
+        Analysis,
+        Option(help="Variation of the stiffnesses: design (uniform range) or tolerance (scatter)."),
+    ] = Analysis.design
+    bounds: Annotated[float, Option(help="Half width of the range of the design analysis [1].")] = (
+        0.15
+    )
+    beside: Annotated[float, Option(help="Half width of a second range, for comparison [1].")] = (
+        0.20
+    )
+    tolerance: Annotated[
+        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
+    ] = 0.15
+    pairs: Annotated[
+        bool, Option(help="Also compute the second-order indices of pairs of stiffnesses.")
+    ] = False
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
 

@@ -80,27 +80,28 @@ class Options:
     folder: Annotated[Path, Argument(help="Folder with operation.toml.")] = Path()
     limits: ComponentLimitsFile = None
     route: Annotated[
-        Literal["auto", "a", "b", "c", "d", "e"], Option(help="Route whose numbers count.")
+        Literal["auto", "a", "b", "c", "d", "e"], Option(help="Route of the result.")
     ] = "auto"
     identified: Annotated[
-        Path | None, Option(help="Run of `deboom identify`, whose bands are fitted again.")
+        Path | None, Option(help="Run of `deboom identify`; its bands are fitted again.")
     ] = None
     hoses: Annotated[
-        Literal["soft", "standard"] | None, Option(help="Hoses of the sweeps; default: soft.")
+        Literal["soft", "standard"] | None,
+        Option(help="Hoses of the evaluated sweeps; default: soft."),
     ] = None
     sense: Annotated[
         Literal["positive", "negative"] | None,
-        Option(help="Rotation about x that sweeps must show; default: any."),
+        Option(help="Sense of rotation about x that the sweeps must show; default: any."),
     ] = None
-    band: Annotated[str, Option(metavar=BAND, help="Lines of the fit over all sweeps [Hz].")] = (
+    band: Annotated[str, Option(metavar=BAND, help="Band of the fit over all sweeps [Hz].")] = (
         "17-150"
     )
     confidence: Annotated[float, Option(help="Confidence of bands and intervals.")] = 0.95
     softening: Annotated[
-        SofteningLaw, Option(help="Law of mounts that soften with their own stroke, route e.")
+        SofteningLaw, Option(help="Law of softening over the stroke of each mount, for route e.")
     ] = SofteningLaw.PARABOLA
     truth: Annotated[
-        bool, Option(help="Compare with truth/ of a virtual test, else never opened.")
+        bool, Option(help="Compare with truth/ of a virtual test; otherwise deboom never opens it.")
     ] = False
 
 

@@ -1,11 +1,11 @@
 """Which vehicles of the platform can share which mounts, and what does sharing cost?
 
-Every vehicle has a best set of mounts of its own; a platform wants few part numbers. The study
-finds the fewest distinct part numbers (of all mounts together) with which every vehicle keeps its
-limit: --allowed dB per line above what mounts of its own would give it, or a table of limits.
-Levels count the energy that scatter adds to each line: a notch that no made part has is no gain.
-The platform's groups are tried first; an integer program chooses numbers, gradients move their
-values.
+Each vehicle would be quietest with its own set of mounts, but a platform needs few part numbers.
+The study finds the smallest number of part numbers, of all mounts together, with which every
+vehicle keeps its limit. The limit is --allowed dB per line above the level with its own mounts, or
+comes from a table. Levels include the energy that scatter adds to each line, so a notch that real
+parts do not have counts for nothing. The study first tries one set per group. Then an integer
+program chooses which vehicles share a part, and gradients improve the stiffness of each part.
 
 Keys of summary.json: part_numbers_min, part_numbers_lower_bound (fewer are impossible),
 part_numbers_own (nothing shared); price_db, price_worst_db, price_worst_vehicle (level above

@@ -1,10 +1,10 @@
 """Which forces does a source bring into any car, and what will it sound like in another one?
 
-A source is struck and run where it stands: functions of the assembly and responses in operation
-give its blocked forces, which belong to it alone. They are held against sensors that were left out,
-against hits on the source, and against the ears; then they are put into another receiver, whose own
-functions and mounts are joined to the free source. Without --test a virtual drive unit is measured
-and held against its truth. docs/validation.md has the errors of many of them.
+Hammer tests and runs of a source in situ give its blocked forces, which do not depend on the
+receiver. They are validated with sensors that the inversion left out, with hits on the source, and
+at the ears. Then the free source is joined to the functions and mounts of another receiver, to
+predict its sound there. Without --test a virtual drive unit is measured and compared with its
+truth. docs/validation.md has the errors of many virtual units.
 
 Keys of summary.json: completeness (of the interface, median over the lines, 1 is complete),
 condition_number (of the inversion, median), trusted_lines_percent (on which intervals of forces

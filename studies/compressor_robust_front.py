@@ -1,14 +1,15 @@
 """Which mounts make a refrigerant compressor quiet in a fleet of electric cars, scatter or not?
 
-NSGA-II over the stiffness of the mounts under a compressor: sums over the cars of the mean level of
-its first order at the driver's ear, 20 to 140 Hz, and of its sigma over pieces, batches and places.
-The motion is solved anew for every design: identified compressor and source, measured bodies. No
-mount may travel further than --travel times today's. Without --cars, five virtual cars are measured
-in memory; docs/validation.md compares the model with their exact solution.
+NSGA-II varies the stiffness of the mounts under a compressor. The objectives are two sums over the
+cars: the mean level of the first order at the driver's ear, 20 to 140 Hz, and its sigma over
+pieces, batches and mount positions. For every design the motion is solved again, with the
+identified compressor and source and the measured bodies. No mount may travel more than --travel
+times its travel today. Without --cars, five virtual cars are measured; docs/validation.md compares
+the model with their exact solution.
 
-What it showed (seed 1): radial stiffness rules; -40 % of it takes 3 dB off on average and 15 % off
-sigma at 1.2 times the travel, and makes the peak at 24 Hz 3 to 5 dB louder in every car. Limit and
-bounds decide: softer mounts mostly isolate better.
+Result with seed 1: radial stiffness matters most. 40 % less of it lowers the mean level by 3 dB and
+sigma by 15 %, with 1.2 times the travel, but raises the peak at 24 Hz by 3 to 5 dB in every car.
+Softer mounts mostly isolate better, so limit and bounds decide.
 
 Keys of summary.json, best-mean against today, over scatter: level_change_db_<car>, mean_change_db
 (of cars), largest_rise_db (of a peak, without scatter), sigma_change_percent_best_mean|best_sigma;

@@ -1,15 +1,15 @@
-"""Do mounts that were characterised under one engine predict the forces of another engine on them?
+"""Do mounts that were characterised under one engine predict the forces of another engine?
 
-The second engine has another order, motion and sensors (thesis, 3.6.2): unlike held-out runs of
-mount_characterisation, which are the same engine's with the same sensors. Its own motion and static
-forces with the surfaces of the mounts give its forces, which are compared with those of its cells.
-The mounts come from --campaign, which characterises them over the static force, or from a
---library. Without --second the virtual test bench measures both engines; its truth is used for
-comparison alone.
+The second engine has another order, another motion and other sensors (thesis, 3.6.2), while the
+held-out runs of mount_characterisation have the same engine and sensors. The study computes the
+forces of the second engine from its motion, its static forces and the surfaces of the mounts, and
+compares them with the measured forces. The mounts come from --campaign, where they are
+characterised over the static force, or from a --library. Without --second the virtual test bench
+measures both engines. Its truth is used only for comparison.
 
-What it showed on six virtual benches: forces of a second engine are predicted to 1 to 2 % rms along
-x, 1 to 6 % along z. What carries over is the static force along the mount's main axis; neither
-wheel torque nor the static force across does.
+Result on six virtual benches: the forces of a second engine are predicted to 1 to 2 % rms along x
+and to 1 to 6 % along z. The stiffness of both engines agrees over the static force along the
+mount's main axis, not over the wheel torque or the static force across.
 
 Keys of summary.json, with <dir> such as TSM_x: second_r2_force_real_<dir>,
 second_r2_force_imag_<dir> [%]; second_rms_force_percent_<dir> (rms error over rms of the force);

@@ -1,9 +1,10 @@
-"""Within which stiffnesses may mounts be delivered so that the vehicles keep their limit?
+"""Within which stiffness intervals may parts be delivered so that the vehicles keep their limits?
 
-The largest box of intervals, one per mount and axis, in which a stated share of the parts keeps the
-limits of all vehicles (by default today's level of each), verified with new parts. With seed 1 on
-the virtual platform GeM x, TSM x and Du x need an upper end: the limits set 3 of 20, the others lie
-at the edge of the search, so that widths are those of the search. U06-5 binds.
+The study finds the largest box of intervals, one per mount and axis, in which a stated share of the
+parts keeps the limits of all vehicles. By default the limit of each vehicle is its level today. New
+parts verify the box. On the virtual platform with seed 1, GeM x, TSM x and Du x need an upper end:
+the limits set 3 of 20 ends, the others lie at the bounds of the search. U06-5 exceeds its limit
+most often.
 
 Keys of summary.json: share_stated, share_verified, share_bound (95 % confidence, over parts);
 share_measured_from, share_measured_to (90 %, with all measurements drawn again); width_ratio_pm15

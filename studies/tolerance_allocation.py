@@ -1,9 +1,10 @@
-"""How wide may each direction of the mounts scatter, at the least cost, for a stated target?
+"""How much may each direction of the mounts scatter, at the lowest cost, for a stated target?
 
-For one design of a front (of a finished run with --from-run, else of a quick search): the cheapest
-tolerances that keep sigma of the mean level at --sigma (default: today's), or --share of all parts
-x vehicles within --limit, exactly. A direction costs 1 at +-15 %, and its reciprocal, or see
---cost-table.
+The study takes one design of a front, of a finished run (--from-run) or of a quick search. It finds
+the cheapest tolerances with which sigma of the mean level is exactly --sigma (default: today's
+sigma), or with which exactly --share of all pairs of part and vehicle keep --limit. The cost of a
+direction is 1 at ±15 % and inversely proportional to the tolerance; --cost-table states other
+costs.
 
 Keys of summary.json: design, target; cost_cheapest, cost_uniform (one tolerance everywhere for the
 same target), cost_today; cost_ratio_to_uniform, cost_ratio_to_uniform_of_effective (uniform where a

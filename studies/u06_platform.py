@@ -1,14 +1,15 @@
-"""What does one platform tell, from a first look at its designs to the mounts to build?
+"""What do the data of a platform show, from a first look at designs to the mounts to build?
 
-A DOE (Sobol) in all vehicles, the correlation of groups and of the vehicles of one group in it,
-the robust front of that group (NSGA-II) and its Sobol sensitivities (SALib), all of one model, in
-one run folder and on one page. Each step is a study of its own, too: fleet_correlation,
-u06_robust_front (with prescribed motion beside), u06_sensitivity.
+With one model, the study computes a DOE (Sobol) in all vehicles, the correlation of groups and of
+the vehicles of one group, the robust front of this group (NSGA-II) and its Sobol sensitivities
+(SALib). Everything is in one run folder and on one page. Each step is also a separate study:
+fleet_correlation, u06_robust_front (which adds prescribed motion) and u06_sensitivity.
 
 Keys of summary.json: those of the four studies, such as splv_change_db_per_line_U06-1,
-r_group_min, r_u06_1_4_min, r_u06_5_mean and st_TSM_x_U06-1. Where two have the same key the front's
-keeps it (n_failed), then that of the groups (r_vehicle_min); the other gets doe_ or within_group_
-before it. surface_difference_at_peaks_db is that of all vehicles, n_runs counts sensitivities only.
+r_group_min, r_u06_1_4_min, r_u06_5_mean and st_TSM_x_U06-1. If two studies have the same key, the
+front keeps it (n_failed), or else the groups (r_vehicle_min); the key of the other study begins
+with doe_ or within_group_. surface_difference_at_peaks_db is that of all vehicles, and n_runs
+counts the sensitivities only.
 """
 
 from __future__ import annotations

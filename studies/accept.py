@@ -1,24 +1,23 @@
-"""Hold the measured parts of a delivery against an acceptance box, or a supplier's sheet.
+"""Judge the measured parts of a delivery by an acceptance box or by a supplier's sheet.
 
-PARTS is the workbook of deboom report --supplier with its sheet “measured” filled in. Parts are
-then compared with the required intervals at the preload, amplitude and frequency of that workbook,
-which must be those of the box. Or PARTS is a table with one row per part and the columns part,
-batch, mount, x [N/mm], y [N/mm], z [N/mm]: the magnitude of the dynamic stiffness at the condition
-that the box states; a cell may be empty where the box does not limit that axis. With --over-today
-the columns are ratios to today's part, both measured at one state on one machine. Parts nearer to
-an end of their interval than --uncertainty are undecided. With --platform, the folder that the box
-was found for, the levels of the cars that get these parts are predicted.
+PARTS is the workbook of deboom report --supplier, with its sheet “measured” filled in. The parts
+are compared with the required intervals at the preload, amplitude and frequency of the workbook,
+which must be those of the box. PARTS may also be a table with one row per part and the columns
+part, batch, mount, x [N/mm], y [N/mm], z [N/mm]: the magnitude of the dynamic stiffness at the
+state of the box. Leave a cell empty where the box does not limit the axis. With --over-today the
+columns are ratios to today's part, both measured at the same state on the same machine. A part
+nearer to an end of its interval than --uncertainty is undecided. --platform, the folder with which
+the box was computed, predicts the levels of the cars that get these parts.
 
-What comes out: pass, fail or undecided for every part and batch with the reason, Cp and Cpk per
-axis with their lower bounds, against the Cpk that a sheet demands, and the levels of the cars that
-get their mounts from the batch; tables, figures, report.html, and supplier.html with the rules that
-were applied and without a word of the vehicles. Keys of
-summary.json: n_parts, n_passed, n_failed, n_undecided; n_batches, n_batches_passed,
-n_batches_failed; cpk_at_least_smallest (95 % confidence), pieces_inside_at_least_smallest
-(share of a batch inside the box, lower end), cars_within_limit_smallest, share_stated. The last
-line of the output is the run folder.
+Results: pass, fail or undecided for every part and batch, with the reason; Cp and Cpk per axis with
+their lower bounds, compared with the demanded Cpk; the levels of the cars with mounts of the batch;
+tables, figures and report.html. supplier.html has the verdicts and the rules, and nothing about the
+vehicles. Keys of summary.json: n_parts, n_passed, n_failed, n_undecided; n_batches,
+n_batches_passed, n_batches_failed; cpk_at_least_smallest (95 % confidence),
+pieces_inside_at_least_smallest (share of a batch inside the box, lower end),
+cars_within_limit_smallest, share_stated. The last line of the output is the run folder.
 
-deboom report RUN --supplier --box BOX, fill in the workbook, then deboom accept BOX WORKBOOK.
+Try: deboom report RUN --supplier --box BOX, fill in the workbook, then deboom accept BOX WORKBOOK
 """
 
 from __future__ import annotations
@@ -56,17 +55,23 @@ QUESTION = "Do these parts keep the acceptance box?"
 class Options:
     """Which parts are held against what."""
 
-    box: Annotated[Path, Argument(help="Run of solution_box, its box, or a sheet as sent.")] = (
-        Path()
-    )
-    parts: Annotated[Path, Argument(help="Measured parts, or the sheet filled in.")] = Path()
-    platform: Annotated[Path | None, Option(help="Platform of the box: predicts levels.")] = None
+    box: Annotated[
+        Path, Argument(help="Run of solution_box, an acceptance box, or a supplier's sheet.")
+    ] = Path()
+    parts: Annotated[
+        Path, Argument(help="Table of measured parts, or the supplier's workbook, filled in.")
+    ] = Path()
+    platform: Annotated[
+        Path | None, Option(help="Platform folder of the box, to predict the levels of the cars.")
+    ] = None
     uncertainty: Annotated[
         float | None,
-        Option(help="Error of a stiffness, relative, 95 %; default: the sheet's."),
+        Option(help="Relative error of a measured stiffness, 95 % [1]; default: from the sheet."),
     ] = None
-    over_today: Annotated[bool, Option(help="Columns are ratios to today's part.")] = False
-    seed: Annotated[int, Option(help="Seed of the predicted cars, from 1.")] = 1
+    over_today: Annotated[
+        bool, Option(help="The columns are ratios to today's part, not N/mm.")
+    ] = False
+    seed: Annotated[int, Option(help="Seed of the predicted cars, 1 or higher.")] = 1
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,11 +1,11 @@
 """Which vehicles of the platform can share which mounts, and what does sharing cost?
 
-Every vehicle has a best set of mounts of its own; a platform wants few part numbers. The study
-finds the fewest distinct part numbers (of all mounts together) with which every vehicle keeps its
-limit: --allowed dB per line above what mounts of its own would give it, or a table of limits.
-Levels count the energy that scatter adds to each line: a notch that no made part has is no gain.
-The platform's groups are tried first; an integer program chooses numbers, gradients move their
-values.
+Each vehicle would be quietest with its own set of mounts, but a platform needs few part numbers.
+The study finds the smallest number of part numbers, of all mounts together, with which every
+vehicle keeps its limit. The limit is --allowed dB per line above the level with its own mounts, or
+comes from a table. Levels include the energy that scatter adds to each line, so a notch that real
+parts do not have counts for nothing. The study first tries one set per group. Then an integer
+program chooses which vehicles share a part, and gradients improve the stiffness of each part.
 
 Keys of summary.json: part_numbers_min, part_numbers_lower_bound (fewer are impossible),
 part_numbers_own (nothing shared); price_db, price_worst_db, price_worst_vehicle (level above
@@ -73,15 +73,30 @@ class Options:
     """What sharing may cost, who may share, and for how long is searched."""
 
     seed: Seed = 1
-    allowed: Annotated[float, Option(help="Above mounts of its own, per line [dB].")] = 0.5
-    limits: Annotated[Path | None, Option(help="Table: vehicle, limit [dB(A)].")] = None
-    share: Annotated[float, Option(help="Share of cars within the limit [1].")] = 0.95
-    together: Annotated[list[str] | None, Option(help="TSM=U06-1,U06-2; repeatable.")] = None
+    allowed: Annotated[
+        float, Option(help="Allowed rise above the level with own mounts, per line [dB].")
+    ] = 0.5
+    limits: Annotated[
+        Path | None,
+        Option(help="Table with the columns vehicle and limit [dB(A)], in place of --allowed."),
+    ] = None
+    share: Annotated[float, Option(help="Share of cars that keep the limit [1].")] = 0.95
+    together: Annotated[
+        list[str] | None,
+        Option(help="Vehicles that must share a mount, such as TSM=U06-1,U06-2; repeatable."),
+    ] = None
     starts: Annotated[
-        int, Option(help="Descents per vehicle for its own best.", callback=at_least(1))
+        int,
+        Option(
+            help="Number of descents to find the best mounts of one vehicle.", callback=at_least(1)
+        ),
     ] = 12
-    bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.20
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
+    bounds: Annotated[
+        float, Option(help="Half width of the range of stiffness factors around 1 [1].")
+    ] = 0.20
+    tolerance: Annotated[
+        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
+    ] = 0.15
     platform: PlatformOptions = PlatformOptions(group=None)
     motion: MotionOptions = MotionOptions()
 

@@ -1,14 +1,15 @@
 """Compare the fronts of runs: is one really better, or is it noise?
 
-All fronts are judged with the same draws by the model of the runs; runs of different models get
-a verdict from each. Runs that differ in their seed only show how far chance goes; three seeds
-or more of each configuration make the verdict sharp. Refused: runs of different platforms, and
-run folders with edited files.
+The model of the runs evaluates all fronts with the same draws. If the runs have different models,
+each model gives a verdict. Runs that differ only in their seed show the influence of chance; three
+or more seeds of each configuration give a clear verdict. Runs of different platforms, and run
+folders with edited files, are refused.
 
 Keys of summary.json: n_runs, n_configurations, n_pairs, n_real, n_within_noise, n_not_decided;
 first, second (the first pair), verdict, hypervolume_difference_percent, noise_percent,
-level_difference (of that pair); hypervolume_percent_<configuration>. Of runs of different models
-judge_1_, judge_2_ and so on stand before them, verdict is that over all, and n_judges counts them.
+level_difference (of that pair); hypervolume_percent_<configuration>. For runs of different models
+these keys begin with judge_1_, judge_2_ and so on, verdict is the verdict over all models, and
+n_judges is their number.
 """
 
 from __future__ import annotations
@@ -49,11 +50,13 @@ FEWEST = 1024
 class Options:
     """Which runs are compared, and with which draws."""
 
-    runs: Annotated[list[Path], Argument(help="Folders of front studies, two or more.")] = field(
-        default_factory=list
+    runs: Annotated[list[Path], Argument(help="Run folders of front studies, two or more.")] = (
+        field(default_factory=list)
     )
-    seed: Annotated[int, Option(help="Seed of the common draws, from 1.")] = 1
-    samples: Annotated[int, Option(help="Common draws; a power of two from 1024.")] = 2048
+    seed: Annotated[int, Option(help="Seed of the common draws, 1 or higher.")] = 1
+    samples: Annotated[
+        int, Option(help="Number of common draws, a power of two, 1024 or higher.")
+    ] = 2048
     studies: StudiesFolder = None
 
     def __post_init__(self) -> None:

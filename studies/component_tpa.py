@@ -1,10 +1,10 @@
 """Which forces does a source bring into any car, and what will it sound like in another one?
 
-A source is struck and run where it stands: functions of the assembly and responses in operation
-give its blocked forces, which belong to it alone. They are held against sensors that were left out,
-against hits on the source, and against the ears; then they are put into another receiver, whose own
-functions and mounts are joined to the free source. Without --test a virtual drive unit is measured
-and held against its truth. docs/validation.md has the errors of many of them.
+Hammer tests and runs of a source in situ give its blocked forces, which do not depend on the
+receiver. They are validated with sensors that the inversion left out, with hits on the source, and
+at the ears. Then the free source is joined to the functions and mounts of another receiver, to
+predict its sound there. Without --test a virtual drive unit is measured and compared with its
+truth. docs/validation.md has the errors of many virtual units.
 
 Keys of summary.json: completeness (of the interface, median over the lines, 1 is complete),
 condition_number (of the inversion, median), trusted_lines_percent (on which intervals of forces
@@ -77,21 +77,26 @@ class Options:
 
     seed: Seed = 1
     level: Annotated[
-        CalibrationLevel, Option(help="How well the virtual sensors are calibrated and placed.")
+        CalibrationLevel,
+        Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
     ] = CalibrationLevel.C2
     test: Annotated[Path | None, Option(help="Folder with component.toml.")] = None
     receiver: Annotated[
-        Path | None, Option(help="Folder with receiver.toml: where the source goes.")
+        Path | None, Option(help="Folder with receiver.toml: another receiver for the source.")
     ] = None
     regularisation: Annotated[
         str,
-        Option(help="What chooses how much is held back: cross-validation, l-curve or none."),
+        Option(help="Rule that chooses the regularisation: cross-validation, l-curve or none."),
     ] = "cross-validation"
     unmeasured_point: Annotated[
-        bool, Option(help="Without --test: a bracket joins source and car, unmeasured.")
+        bool,
+        Option(help="Without --test: add a bracket between source and car that is not measured."),
     ] = False
     airborne: Annotated[
-        float, Option(help="Without --test: energy through the air over that of the structure.")
+        float,
+        Option(
+            help="Without --test: energy through the air over energy through the structure [1]."
+        ),
     ] = 0.0
 
     def __post_init__(self) -> None:

@@ -1,14 +1,16 @@
 """Does a roving-hammer test on the mounted compressor tell its mass, inertia and mounts?
 
-Six accelerometers and 18 impacts, a rigid body on rubber mounts with a complex gain (thesis, 4.1 to
-4.4). Mass, centre of gravity, inertia, the stiffness at the virtual point and the gain are fitted
-to the raw FRFs together with all errors of gain, place and angle (self-calibration), the mass
-weighed. Without --test a virtual compressor is measured: seed 1 has the mounts of the thesis's
-table 11, others are random; its truth is used for comparison alone.
+The model is a rigid body on rubber mounts with a complex gain (thesis, 4.1 to 4.4), measured with
+six accelerometers and 18 impacts. Centre of gravity, inertia, the stiffness at the virtual point
+and the gain are fitted to the raw FRFs, together with all errors of gain, position and angle
+(self-calibration). The mass is weighed. Without --test a virtual compressor is measured: seed 1 has
+the mounts of the thesis's table 11, other seeds have random mounts. Its truth is used only for
+comparison.
 
-On virtual compressors placement limits the result, not noise (docs/validation.md). The thesis's 44
-numbers are 35 to any such test; positions, rotations and stiffnesses of single mounts are not seen
-unless all mounts are one round part (--identical-mounts).
+On virtual compressors the placement of sensors limits the accuracy, not noise (docs/validation.md).
+Such a test can identify only 35 combinations of the thesis's 44 parameters. Position, rotation and
+stiffness of single mounts cannot be identified, unless all mounts are one round part
+(--identical-mounts).
 
 Keys of summary.json: mass_kg; cog_error_mm, inertia_error_percent (worst moment),
 k_vp_error_percent; jacobian_rank (of the thesis's 44 numbers); reduced_chi2 (residuals over noise,
@@ -49,7 +51,8 @@ class Options:
 
     seed: Seed = 1
     level: Annotated[
-        CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
+        CalibrationLevel,
+        Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
     ] = CalibrationLevel.C2
     test: Annotated[Path | None, Option(help="Folder with compressor_test.toml.")] = None
     identical_mounts: IdenticalMounts = False

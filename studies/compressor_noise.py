@@ -1,10 +1,11 @@
 """How loud is the running compressor at the driver's ear, by which mount and which hose?
 
-Thesis, 4.5 (figures 65 and 66): forces of the mounts are stiffness times what compressor and body
-move apart, noise transfer functions at six loads per mount make sound of them. Beyond it: motion of
-the body, single mounts with their uncertainty, hoses as beams with six loads at each end, bands.
-Without --car, a laboratory measures a car of the frozen fleet, which is compared with the bench's
-own microphone. docs/validation.md has the errors of many cars and laboratories.
+As in the thesis (4.5, figures 65 and 66), the force of a mount is its stiffness times the relative
+displacement of compressor and body. Noise transfer functions of six loads per mount turn forces
+into sound. The study adds the motion of the body, single mounts with their uncertainty, hoses as
+beams with six loads at each end, and bands. Without --car it measures a car of the shipped fleet in
+a virtual laboratory, and compares the result with the microphone of that laboratory.
+docs/validation.md has the errors of many cars and laboratories.
 
 Keys of summary.json, levels [dB]. At measured peaks, synthesised against
 measured: spl_peak_deviation_db (largest, soft hoses, outside 25–35 Hz), …_25_35 (there),
@@ -13,7 +14,7 @@ measured: spl_peak_deviation_db (largest, soft hoses, outside 25–35 Hz), …_2
 spl_90_140_p90_db_with_hoses|by_mounts. measured_gain_db_90_140 (standard against soft hoses,
 median), measured_gain_error_db_90_140 (largest, of the synthesis). lines_in_band_percent (louder
 lines within the 90 % band), identical_mounts, n_alarms, seconds (from files to result, one
-processor). No keys where there is no peak.
+processor). Without a peak its keys are missing.
 """
 
 from __future__ import annotations
@@ -77,12 +78,15 @@ class Options:
 
     seed: Seed = 1
     level: Annotated[
-        CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
+        CalibrationLevel,
+        Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
     ] = CalibrationLevel.C2
     car: Annotated[Path | None, Option(help="Folder with car.toml.")] = None
-    band: Annotated[str, Option(metavar=BAND, help="Lines that are looked at [Hz].")] = "20-140"
-    hoses: Annotated[bool, Option(help="Identify and model standard hoses.")] = True
-    draws: Annotated[int, Option(help="Draws behind the bands.", callback=at_least(20))] = 64
+    band: Annotated[str, Option(metavar=BAND, help="Band of the analysis [Hz].")] = "20-140"
+    hoses: Annotated[
+        bool, Option(help="Identify the standard hoses and include them in the model.")
+    ] = True
+    draws: Annotated[int, Option(help="Number of draws for the bands.", callback=at_least(20))] = 64
 
 
 def prepare(options: Options) -> NoisePlan:

@@ -1,14 +1,15 @@
 """Which mounts make a refrigerant compressor quiet in a fleet of electric cars, scatter or not?
 
-NSGA-II over the stiffness of the mounts under a compressor: sums over the cars of the mean level of
-its first order at the driver's ear, 20 to 140 Hz, and of its sigma over pieces, batches and places.
-The motion is solved anew for every design: identified compressor and source, measured bodies. No
-mount may travel further than --travel times today's. Without --cars, five virtual cars are measured
-in memory; docs/validation.md compares the model with their exact solution.
+NSGA-II varies the stiffness of the mounts under a compressor. The objectives are two sums over the
+cars: the mean level of the first order at the driver's ear, 20 to 140 Hz, and its sigma over
+pieces, batches and mount positions. For every design the motion is solved again, with the
+identified compressor and source and the measured bodies. No mount may travel more than --travel
+times its travel today. Without --cars, five virtual cars are measured; docs/validation.md compares
+the model with their exact solution.
 
-What it showed (seed 1): radial stiffness rules; -40 % of it takes 3 dB off on average and 15 % off
-sigma at 1.2 times the travel, and makes the peak at 24 Hz 3 to 5 dB louder in every car. Limit and
-bounds decide: softer mounts mostly isolate better.
+Result with seed 1: radial stiffness matters most. 40 % less of it lowers the mean level by 3 dB and
+sigma by 15 %, with 1.2 times the travel, but raises the peak at 24 Hz by 3 to 5 dB in every car.
+Softer mounts mostly isolate better, so limit and bounds decide.
 
 Keys of summary.json, best-mean against today, over scatter: level_change_db_<car>, mean_change_db
 (of cars), largest_rise_db (of a peak, without scatter), sigma_change_percent_best_mean|best_sigma;
@@ -115,36 +116,60 @@ class Options:
 
     seed: Seed = 1
     cars: Annotated[list[Path] | None, Option(help="Folder with car.toml; repeatable.")] = None
-    fleet: Annotated[int | None, Option(help="Seed of a drawn virtual fleet.")] = None
-    level: Annotated[CalibrationLevel, Option(help="Calibration of the laboratory.")] = (
-        CalibrationLevel.C2
+    fleet: Annotated[
+        int | None, Option(help="Seed of a random virtual fleet; default: the shipped fleet.")
+    ] = None
+    level: Annotated[
+        CalibrationLevel,
+        Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
+    ] = CalibrationLevel.C2
+    parts: Annotated[
+        Parts, Option(help="One part for all mounts, or a separate part for each mount.")
+    ] = Parts.identical
+    hoses: Annotated[Hoses, Option(help="Hoses as a path that the mounts do not change.")] = (
+        Hoses.none
     )
-    parts: Annotated[Parts, Option(help="One part for all mounts, or own ones.")] = Parts.identical
-    hoses: Annotated[Hoses, Option(help="Hoses: a path that mounts do not change.")] = Hoses.none
-    pressure: Annotated[list[str] | None, Option(help="BAR or BAR=WEIGHT; repeatable.")] = None
-    band: Annotated[str, Option(metavar=BAND, help="Lines that count [Hz].")] = "20-140"
-    line_step: Annotated[float, Option(help="Between lines [Hz].")] = 2.0
-    reach: Annotated[float, Option(help="Stiffness factors run within 1 ± reach [1].")] = 0.4
-    travel: Annotated[float, Option(help="Largest travel under 1 g, over today's [1].")] = 1.2
+    pressure: Annotated[
+        list[str] | None, Option(help="Pressure of a sweep, as BAR or BAR=WEIGHT; repeatable.")
+    ] = None
+    band: Annotated[str, Option(metavar=BAND, help="Band whose lines count [Hz].")] = "20-140"
+    line_step: Annotated[float, Option(help="Distance of the frequency lines [Hz].")] = 2.0
+    reach: Annotated[
+        float, Option(help="Half width of the range of stiffness factors around 1 [1].")
+    ] = 0.4
+    travel: Annotated[
+        float, Option(help="Largest allowed travel under 1 g, over today's travel [1].")
+    ] = 1.2
     peak_rise: PeakRiseOption = None
-    tolerance: Annotated[float, Option(help="Half width of a piece's stiffness, 3 sigma [1].")] = (
-        0.15
+    tolerance: Annotated[
+        float, Option(help="Half width of the scatter of a mount's stiffness, 3 sigma [1].")
+    ] = 0.15
+    batch: Annotated[float, Option(help="Share of the batch in the variance of stiffness [1].")] = (
+        0.5
     )
-    batch: Annotated[float, Option(help="Share of the batch in its variance [1].")] = 0.5
-    place_tolerance: Annotated[float, Option(help="Half width of coordinates, 3 sigma [mm].")] = 1.0
+    place_tolerance: Annotated[
+        float, Option(help="Half width of the scatter of mount coordinates, 3 sigma [mm].")
+    ] = 1.0
     search: SearchOptions = SearchOptions(generations=20, population=24)
     samples: Annotated[
         int,
-        Option(help="Draws per design; a power of two.", callback=at_least(8, power_of_two=True)),
+        Option(
+            help="Number of draws per design, a power of two.",
+            callback=at_least(8, power_of_two=True),
+        ),
     ] = 32
     checks: Annotated[
         int,
-        Option(help="Draws that verify; a power of two.", callback=at_least(8, power_of_two=True)),
+        Option(
+            help="Number of draws of the verification, a power of two.",
+            callback=at_least(8, power_of_two=True),
+        ),
     ] = 128
     n: Annotated[
         int,
         Option(
-            help="Base points of Sobol; a power of two.", callback=at_least(8, power_of_two=True)
+            help="Number of base points of the Sobol indices, a power of two.",
+            callback=at_least(8, power_of_two=True),
         ),
     ] = 256
 

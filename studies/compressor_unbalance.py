@@ -1,14 +1,14 @@
 """Which unbalance turns inside a running compressor, and how far may the answer be believed?
 
-The apparent mass of a hammer test without hoses, times the accelerations of first order of the
-running compressor, is the load inside (thesis, 4.2 and 4.4.1). Five routes are compared: a,
+The load inside the compressor is the apparent mass from a hammer test without hoses, times the
+accelerations of first order in operation (thesis, 4.2 and 4.4.1). Five routes are compared: a,
 measured apparent mass (thesis); b, model at the virtual point; c, self-calibrated model; d,
-measured with self-calibrated sensors and impacts; e, c with mounts updated by the sweep itself.
-Without --test a virtual compressor is measured and held against its truth.
+measured apparent mass with self-calibrated sensors and impacts; e, route c with mounts updated by
+the sweep. Without --test a virtual compressor is measured and compared with its truth.
 
-On virtual compressors, what disturbs figure 61 of the thesis at 20–50 Hz is neither noise nor
-conditioning but mounts that run in another state than they were struck in; the sweep itself tells,
-and route e follows. docs/validation.md has the errors of many compressors.
+Figure 61 of the thesis is disturbed at 20–50 Hz. On virtual compressors the reason is neither noise
+nor conditioning: in operation the mounts have another state than in the hammer test. The sweep
+shows this, and route e corrects it. docs/validation.md has the errors of many compressors.
 
 Keys of summary.json: route (that counts), u_stat_g_mm, u_dyn_g_mm2, u_stat_deviation_g_mm,
 u_dyn_deviation_g_mm2, sense, mounts_changed, reduced_chi (residuals over noise), remaining_chi (the
@@ -45,7 +45,8 @@ class Options:
 
     seed: Seed = 1
     level: Annotated[
-        CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
+        CalibrationLevel,
+        Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
     ] = CalibrationLevel.C2
     test: Annotated[Path | None, Option(help="Folder with operation.toml.")] = None
     limits: ComponentLimitsFile = None

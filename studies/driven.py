@@ -1,12 +1,12 @@
-"""Hold a driven prototype against its prediction, per vehicle and booming peak.
+"""Compare a driven prototype with its prediction, for each vehicle and booming peak.
 
-FOLDER has one table per drive (csv, xlsx, mat), today*.csv with today's parts and new*.csv with
-the new ones: frequency [Hz], and <vehicle> real [Pa], <vehicle> imag [Pa], the order's complex
-peak at the driver's ear in the run's first load case. Two drives or more of a state tell how
-sure the measured change is.
+FOLDER has one table per drive (csv, xlsx or mat): today*.csv with today's parts, new*.csv with the
+new parts. The columns are frequency [Hz] and, for each vehicle, <vehicle> real [Pa] and <vehicle>
+imag [Pa]: the complex peak amplitude of the order at the driver's ear, in the first load case of
+the run. Two or more drives of a state show how certain the measured change is.
 
 Keys of summary.json: n_peaks (booming peaks that were measured with today's parts),
-n_as_predicted, n_not_decided (one drive of each state does not tell); measured_change_db,
+n_as_predicted, n_not_decided (also all peaks if each state has a single drive); measured_change_db,
 predicted_change_db (means over the peaks).
 """
 
@@ -47,13 +47,17 @@ class Options:
     """Which run is held against which drives."""
 
     run: Annotated[Path, Argument(help="Folder of a finished front study.")] = Path()
-    folder: Annotated[Path, Argument(help="Measured pressures: today*.csv and new*.csv.")] = Path()
+    folder: Annotated[
+        Path, Argument(help="Folder with measured pressures, today*.csv and new*.csv.")
+    ] = Path()
     design: Annotated[
         str,
-        Option(metavar="PICK|FILE", help=f"Design that was built: {', '.join(Pick)}; or a file."),
+        Option(
+            metavar="PICK|FILE", help=f"The built design: {', '.join(Pick)}; or a file of designs."
+        ),
     ] = Pick.best_mean.value
     studies: StudiesFolder = None
-    seed: Annotated[int, Option(help="Seed of the draws, from 1.")] = 1
+    seed: Annotated[int, Option(help="Seed of the draws, 1 or higher.")] = 1
 
 
 @dataclass(frozen=True, eq=False)

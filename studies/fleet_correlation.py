@@ -1,18 +1,19 @@
-"""Which vehicles, and which groups of a platform, react alike to a change of the mounts?
+"""Which vehicles, and which groups of a platform, respond alike to a change of the mounts?
 
-300 designs within ±15 % are evaluated in all vehicles, or in those of one --group (thesis, figures
-44 and 45): as they are, as means over the manufacturing tolerance, and for the scatter alone. The
-index of a group is the mean over its vehicles. Vehicles that go together form families, which can
-share one mount set; within one group, one vehicle is held against all others.
+300 designs within ±15 % are evaluated in all vehicles, or in the vehicles of one --group (thesis,
+figures 44 and 45). Correlations are computed for the designs themselves, for means over the
+manufacturing tolerance, and for the scatter alone. The level of a group is the mean over its
+vehicles. Vehicles whose levels correlate form families, which can share one mount set. Within one
+group, one vehicle is compared with all others.
 
 On the virtual platform the three groups correlate above 0.97. U06-1 to U06-4 correlate above 0.99
-and form a family; U06-5, with its battery, follows them by 0.4 to 0.5 only. Its fleet was
-selected to show this; docs/validation.md says how many of 300 unselected fleets show the same.
+and form a family; U06-5, with its battery, correlates with them by 0.4 to 0.5 only. This fleet was
+selected to show the effect; docs/validation.md says how many of 300 random fleets show it.
 
 Keys of summary.json: n_designs, n_failed, n_families; r_vehicle_min (least Pearson correlation of
 two vehicles over the designs). Of several groups: r_group_min, r_group_min_from, r_group_min_to
 (least correlation of two groups, 95 % interval), r_group_min_means, r_group_min_tolerance (of means
-and of scatter). Of one group: apart (the vehicle held against the others); r_<others>_min,
+and of scatter). Of one group: apart (the vehicle that is compared with the others); r_<others>_min,
 r_<apart>_mean over the designs, such as r_u06_1_4_min and r_u06_5_mean, and with _means and
 _tolerance for means and scatter; surface_difference_at_peaks_db (library against spectra).
 """
@@ -40,17 +41,30 @@ class Options:
 
     seed: Seed = 1
     designs: Annotated[int, Option(help="Number of designs of a space-filling plan.")] = 300
-    plan: Annotated[Plan, Option(help="How designs are laid out.")] = Plan.latin_hypercube
-    generators: Annotated[str | None, Option(help="Fraction, such as 'a b c abc'.")] = None
-    table: Annotated[Path | None, Option(help="Own designs, CSV or xlsx.")] = None
-    bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.15
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
-    draws: Annotated[int, Option(help="Draws of the scatter per design; a power of two.")] = 16
+    plan: Annotated[Plan, Option(help="Plan of the experiment.")] = Plan.latin_hypercube
+    generators: Annotated[
+        str | None, Option(help="Generators of a fractional plan, such as 'a b c abc'.")
+    ] = None
+    table: Annotated[
+        Path | None, Option(help="Table of your own designs, CSV or xlsx, in place of a plan.")
+    ] = None
+    bounds: Annotated[
+        float, Option(help="Half width of the range of stiffness factors around 1 [1].")
+    ] = 0.15
+    tolerance: Annotated[
+        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
+    ] = 0.15
+    draws: Annotated[
+        int, Option(help="Number of draws of the scatter per design, a power of two.")
+    ] = 16
     resamples: Annotated[
-        int, Option(help="Resamples of the bootstrap.", callback=at_least(100))
+        int, Option(help="Number of bootstrap resamples.", callback=at_least(100))
     ] = 1000
-    cut: Annotated[float, Option(help="Least correlation within a family [1].")] = 0.9
-    apart: Annotated[str | None, Option(help="Held against the others; else the oddest.")] = None
+    cut: Annotated[float, Option(help="Smallest correlation of vehicles in one family [1].")] = 0.9
+    apart: Annotated[
+        str | None,
+        Option(help="Vehicle to compare with all others; default: the least similar one."),
+    ] = None
     platform: PlatformOptions = PlatformOptions(group=None)
     motion: MotionOptions = MotionOptions()
 

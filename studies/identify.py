@@ -3,22 +3,23 @@
 FOLDER holds compressor_test.toml, the position sheet (xlsx or CSV), frf.uff and coherence.uff,
 or the hits over time in hits/. `deboom bench compressor FOLDER` writes a virtual one.
 
-What comes out: mass, centre of gravity, inertia, stiffness at the virtual point and the gain of
-the rubber, each with its standard deviation; compressor_model.json, which other studies load;
-tables, figures and report.html, which also says what the test cannot tell. Sensors and impacts
-are calibrated by the test itself, within the tolerances that compressor_test.toml states: state
-them honestly, and weigh the compressor (weighed_mass_kg).
+Results: mass, centre of gravity, inertia, stiffness at the virtual point and the gain of the
+rubber, each with its standard deviation; compressor_model.json, which other studies load; tables,
+figures and report.html, which also says what the test cannot show. The test calibrates sensors and
+impacts within the tolerances in compressor_test.toml, so state honest tolerances, and weigh the
+compressor (weighed_mass_kg).
 
-Look at three things before you trust it: residuals over noise (reduced_chi2 near 1; above 2.25
-is an alarm: a flexible receiver, hoses, unequal mounts), the held-out lines, and the checks
-of the test. Alarms go to the console and, counted, into summary.json (n_alarms): the standard
-deviations of a model that misses the test have grown by what its residuals say. The output is
-the run folder; a last line on the error stream says "with alarms" where there are any.
+Check three things before you trust the result: the residuals over noise, the held-out lines, and
+the checks of the test. reduced_chi2 should be near 1; above 2.25 it raises an alarm, for example
+for a flexible receiver, hoses or unequal mounts. Alarms are printed and counted in summary.json
+(n_alarms). If the model does not fit, its standard deviations are increased by the size of the
+residuals. The output is the run folder; if there are alarms, a last line on the error stream says
+"with alarms".
 
 Keys of summary.json: those of compressor_identification; with --free mass_kg, mass_deviation_kg,
 misfit and n_alarms.
 
-deboom bench compressor test, then deboom identify test.
+Try: deboom bench compressor test, then deboom identify test
 """
 
 from __future__ import annotations
@@ -73,33 +74,38 @@ class Options:
             "--band",
             "--bands",
             metavar=BAND,
-            help="Lines to fit [Hz]; repeatable. Default 10 30 (mounts), 100 150 (mass line).",
+            help="Band of the fit [Hz]; repeatable. Default: 10 30 (mounts) and 100 150 "
+            "(mass line).",
         ),
     ] = None
-    lines: Annotated[int, Option(help="Most lines of the fit; denser ones are thinned evenly.")] = (
-        72
-    )
+    lines: Annotated[
+        int,
+        Option(
+            help="Largest number of lines in the fit; of more lines an even selection is taken."
+        ),
+    ] = 72
     smallest_coherence: Annotated[
-        float, Option(help="Median below which nothing is identified.")
+        float, Option(help="Smallest median of the coherence; below it nothing is identified.")
     ] = 0.8
-    from_hits: Annotated[bool, Option(help="From the blocks over time, not from the FRFs.")] = False
+    from_hits: Annotated[bool, Option(help="Compute the FRFs from the hits over time.")] = False
     thesis: Annotated[
-        bool, Option(help="With a drawing: also each mount's place, tilt and stiffness.")
+        bool, Option(help="With a drawing, also fit position, tilt and stiffness of each mount.")
     ] = True
     identical_mounts: IdenticalMounts = False
     truth: Annotated[
-        bool, Option(help="Compare with truth/ of a virtual test, else never opened.")
+        bool, Option(help="Compare with truth/ of a virtual test; otherwise deboom never opens it.")
     ] = False
     free: Annotated[
         bool,
         Option(
             "--free",
-            help="The body hangs free: mass, centre of gravity and inertia from its mass lines. "
-            "Of the other options --band (one), --from-hits, --truth, --hung and --out count.",
+            help="The body is freely suspended: fit mass, centre of gravity and inertia to "
+            "its mass lines. It works with --band (once), --from-hits, --truth, --hung "
+            "and --out only.",
         ),
     ] = False
     hung: Annotated[
-        bool, Option("--hung", help="With --free: fit the cords that it hangs from as well.")
+        bool, Option("--hung", help="With --free, also fit the cords of the suspension.")
     ] = False
 
     @property

@@ -1,13 +1,13 @@
 """Show what is in a folder: functions, coherence, orders, waterfall and geometry on one page.
 
-FOLDER is of any kind that deboom new writes. Nothing is identified and nothing is corrected: the
-page shows what was measured, beside what deboom check says of it. What contradicts in the numbers
-is a warning on the page; files that cannot be read, or do not fit together, are refused as deboom
-check refuses them.
+FOLDER may be of any kind that `deboom new` writes. Nothing is identified and nothing is corrected:
+the page shows the measured data and the result of `deboom check`. Contradictions in the numbers are
+warnings on the page. Files that cannot be read, or that do not fit together, are refused as by
+`deboom check`.
 
-Keys of summary.json: n_faults, those of deboom check.
+Key of summary.json: n_faults, the number of faults that `deboom check` lists.
 
-deboom bench compressor test, then deboom look test.
+Try: deboom bench compressor test, then deboom look test
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Options:
     seed: ClassVar[int] = 1
     """Nothing is drawn; a run folder states a seed all the same."""
 
-    folder: Annotated[Path, Argument(help="Folder of any kind that deboom new writes.")] = Path()
+    folder: Annotated[Path, Argument(help="Folder of any kind that `deboom new` writes.")] = Path()
 
 
 def prepare(options: Options) -> Path:

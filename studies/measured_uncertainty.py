@@ -1,13 +1,14 @@
-"""How surely do we know what the mounts bring, and what should be measured next?
+"""How certain is the effect of the mounts, and what should be measured next?
 
-The errors of noise transfer functions, stiffnesses, motions and forces are drawn (shared by all
-designs and vehicles), the model is built again from every draw: 90 % intervals of levels, of
-changes against today's and of scatter, and what one more measurement would narrow. Sizes come from
-the mount library's error budget, from vehicles that were measured in two ways (--vehicle), or are
-stated priors; a table names the origin of each.
+The study draws errors of noise transfer functions, stiffnesses, motions and forces, the same for
+all designs and vehicles, and builds the model again from each draw. The results are 90 % intervals
+of levels, of changes against today and of scatter, and the effect of one more measurement on them.
+The sizes of the errors come from the error budget of the mount library, from vehicles that were
+measured in two ways (--vehicle), or from stated priors; a table names the origin of each.
 
-On the virtual platform the mean level is known to 0.5 dB and a change to 0.08 dB: calibrations
-cancel. For any vehicle and load case it is 0.6 dB: five vehicles are few, one more brings most.
+On the virtual platform the mean level is uncertain by 0.5 dB and a change by 0.08 dB, because
+errors of calibration cancel. For any vehicle and load case the change is uncertain by 0.6 dB: five
+vehicles are few, and one more vehicle narrows the interval most.
 
 Keys of summary.json: level_db, level_half_width_db (today's, mean of the vehicles); change_db with
 change_lower_db, change_upper_db, change_half_width_db,
@@ -107,13 +108,18 @@ class Options:
     """Which designs, and how often measurements are drawn again."""
 
     seed: Seed = 1
-    draws: Annotated[int, Option(help="Measurements that are drawn, at least 40.")] = 200
-    front: Annotated[Path | None, Option(help="Run of a front study; none: a search.")] = None
+    draws: Annotated[int, Option(help="Number of drawn sets of measurements, at least 40.")] = 200
+    front: Annotated[
+        Path | None, Option(help="Run of a front study; default: a new quick search.")
+    ] = None
     search: SearchOptions = SearchOptions(generations=40, population=60)
     scatter: ScatterOptions = ScatterOptions(samples=64)
-    vehicle: Annotated[list[Path] | None, Option(help="Measured in two ways; repeatable.")] = None
-    ear: Annotated[str | None, Option(help="Ear of these vehicles; default the first.")] = None
-    averaged: Annotated[bool, Option(help="The platform has means of both ways.")] = False
+    vehicle: Annotated[
+        list[Path] | None,
+        Option(help="Folder of a vehicle that was measured in two ways; repeatable."),
+    ] = None
+    ear: Annotated[str | None, Option(help="Ear of these vehicles; default: the first.")] = None
+    averaged: Annotated[bool, Option(help="The platform contains the mean of both ways.")] = False
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
 

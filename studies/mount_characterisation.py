@@ -1,15 +1,14 @@
 """How stiff are the mounts in operation, and how far may the answer be believed?
 
 Accelerometers on the powertrain and force cells under its mounts, in 27 runs with rising torque in
-gears 5 to 7, become operating dynamic stiffness, response surfaces and an error budget. Without
---campaign the virtual test bench measures a campaign first; its truth is used for comparison alone.
+gears 5 to 7, give operating dynamic stiffness, response surfaces and an error budget. Without
+--campaign the virtual test bench first measures a campaign. Its truth is used only for comparison.
 
-The study second_engine asks whether these mounts predict the forces of an engine that they were not
-characterised under.
+The study second_engine tests whether these mounts predict the forces of another engine.
 
 What it showed on six virtual benches: x and z are identified, with a true error of at most 2.1 %
-rms (median bench). The y stiffnesses of the three powertrain mounts are not: half a degree of
-misalignment hides them.
+rms (median bench). The y stiffnesses of the three powertrain mounts are not, because a misalignment
+of half a degree hides them.
 
 Keys of summary.json, with <dir> such as TSM_x: r2_real_<dir>, r2_imag_<dir>, r2_force_real_<dir>,
 r2_force_imag_<dir> [%] (surface against its own lines; with _held_out surfaces fitted without the
@@ -74,12 +73,18 @@ class Options:
 
     seed: Seed = 1
     campaign: Annotated[Path | None, Option(help="Folder with campaign.toml.")] = None
-    mount_set: Annotated[str, Option(help="Parts on the bench.")] = "M1"
-    static_force: Annotated[bool, Option(help="As preload, not the wheel torque.")] = False
-    pieces: Annotated[int, Option(help="Cubics per surface.", callback=at_least(1))] = 2
-    models: Annotated[bool, Option(help="Other models of the stiffness beside.")] = False
-    self_calibration: Annotated[bool, Option(help="Let chains calibrate themselves.")] = True
-    noise_free: Annotated[bool, Option(help="Virtual benches without any error.")] = False
+    mount_set: Annotated[str, Option(help="Mount set on the bench.")] = "M1"
+    static_force: Annotated[
+        bool, Option(help="Use the static force as preload, not the wheel torque.")
+    ] = False
+    pieces: Annotated[
+        int, Option(help="Number of cubic pieces per response surface.", callback=at_least(1))
+    ] = 2
+    models: Annotated[bool, Option(help="Also compare other models of the stiffness.")] = False
+    self_calibration: Annotated[
+        bool, Option(help="Let the measuring chains calibrate each other.")
+    ] = True
+    noise_free: Annotated[bool, Option(help="Use virtual benches without errors.")] = False
 
     def __post_init__(self) -> None:
         if self.campaign is not None and self.noise_free:

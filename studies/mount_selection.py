@@ -1,13 +1,14 @@
-"""Which parts of the mount catalogue make the U06 vehicles quiet, and keep them so?
+"""Which parts of the mount catalogue make the U06 vehicles quiet, also with parts that scatter?
 
-One characterised part per mount is chosen from a library, and may be re-tuned a little per axis:
-NSGA-II over part numbers (whole, without order) and stiffness factors, for the sum over the
-vehicles of the mean SPLV, 20 to 60 Hz, and of its standard deviation over the tolerance. Where
-there are not too many, every set of parts as they are is evaluated for comparison.
+The study chooses one characterised part per mount from a library; each axis of the part may be
+re-tuned a little. NSGA-II varies part numbers and stiffness factors. The objectives are two sums
+over the vehicles: the mean SPLV, 20 to 60 Hz, and its standard deviation over the tolerance. For
+comparison, every set of parts without re-tuning is evaluated, if there are not too many sets.
 
-What it showed, with seed 1 and five further parts of each mount, which differ by 5 % (one sigma)
-per axis: parts as they are give 0.2 dB per line, re-tuned within 5 % they give 0.9 dB. Built into
-the virtual car, sets change as predicted (r 0.999; 0.95 had the motion been prescribed).
+Result with seed 1 and five further parts of each mount, which differ by 5 % (one sigma) per axis:
+parts without re-tuning lower the level by 0.2 dB per line, and parts re-tuned within 5 % by 0.9 dB.
+In the virtual car, sets of parts change the level as predicted (r 0.999; 0.95 with prescribed
+motion).
 
 Keys of summary.json: part_<mount> (of best-mean); change_db_per_line (best-mean against today's
 parts, verified, mean over vehicles and lines) and change_parts_as_they_are_db_per_line (quietest
@@ -76,12 +77,25 @@ class Options:
 
     seed: Seed = 1
     search: SearchOptions = SearchOptions()
-    samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
-    retuning: Annotated[float, Option(help="Parts may change by ± this; 0: as they are.")] = 0.05
-    catalogue: Annotated[Path | None, Option(help="Library: exported JSON or database.")] = None
-    mount: Annotated[list[str] | None, Option(help="Mount that may change; repeatable.")] = None
-    every_set_up_to: Annotated[int, Option(help="Evaluate all sets if no more.")] = 5000
+    samples: Annotated[
+        int, Option(help="Number of draws of the scatter per design, a power of two.")
+    ] = 128
+    tolerance: Annotated[
+        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
+    ] = 0.15
+    retuning: Annotated[
+        float,
+        Option(help="Allowed change of a part's stiffness, ± [1]; 0 takes the parts as they are."),
+    ] = 0.05
+    catalogue: Annotated[
+        Path | None, Option(help="Mount library with the parts: exported JSON, or a database.")
+    ] = None
+    mount: Annotated[list[str] | None, Option(help="Mount that may be replaced; repeatable.")] = (
+        None
+    )
+    every_set_up_to: Annotated[
+        int, Option(help="Evaluate all sets of parts up to this number of sets.")
+    ] = 5000
     platform: PlatformOptions = PlatformOptions(mounts=MountSource.library_inside)
     motion: Annotated[Motion, Option(help="Motion of the powertrain.")] = Motion.coupled
 

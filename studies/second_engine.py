@@ -1,15 +1,15 @@
-"""Do mounts that were characterised under one engine predict the forces of another engine on them?
+"""Do mounts that were characterised under one engine predict the forces of another engine?
 
-The second engine has another order, motion and sensors (thesis, 3.6.2): unlike held-out runs of
-mount_characterisation, which are the same engine's with the same sensors. Its own motion and static
-forces with the surfaces of the mounts give its forces, which are compared with those of its cells.
-The mounts come from --campaign, which characterises them over the static force, or from a
---library. Without --second the virtual test bench measures both engines; its truth is used for
-comparison alone.
+The second engine has another order, another motion and other sensors (thesis, 3.6.2), while the
+held-out runs of mount_characterisation have the same engine and sensors. The study computes the
+forces of the second engine from its motion, its static forces and the surfaces of the mounts, and
+compares them with the measured forces. The mounts come from --campaign, where they are
+characterised over the static force, or from a --library. Without --second the virtual test bench
+measures both engines. Its truth is used only for comparison.
 
-What it showed on six virtual benches: forces of a second engine are predicted to 1 to 2 % rms along
-x, 1 to 6 % along z. What carries over is the static force along the mount's main axis; neither
-wheel torque nor the static force across does.
+Result on six virtual benches: the forces of a second engine are predicted to 1 to 2 % rms along x
+and to 1 to 6 % along z. The stiffness of both engines agrees over the static force along the
+mount's main axis, not over the wheel torque or the static force across.
 
 Keys of summary.json, with <dir> such as TSM_x: second_r2_force_real_<dir>,
 second_r2_force_imag_<dir> [%]; second_rms_force_percent_<dir> (rms error over rms of the force);
@@ -80,15 +80,25 @@ class Options:
     """Which engine runs on which mounts, and how both are measured."""
 
     seed: Seed = 1
-    second: Annotated[Path | None, Option(help="Campaign of another engine on the mounts.")] = None
-    campaign: Annotated[Path | None, Option(help="Campaign that characterises the mounts.")] = None
-    library: Annotated[str | None, Option(help="Its mounts, instead of --campaign.")] = None
-    library_campaign: Annotated[
-        str | None, Option(help="Campaign whose mounts the library has.")
+    second: Annotated[
+        Path | None, Option(help="Campaign folder of another engine on the same mounts.")
     ] = None
-    mount_set: Annotated[str, Option(help="Parts on the bench.")] = "M1"
-    pieces: Annotated[int, Option(help="Cubics per surface.", callback=at_least(1))] = 2
-    self_calibration: Annotated[bool, Option(help="Let chains calibrate themselves.")] = True
+    campaign: Annotated[
+        Path | None, Option(help="Campaign folder that characterises the mounts.")
+    ] = None
+    library: Annotated[
+        str | None, Option(help="Library of characterised mounts, in place of --campaign.")
+    ] = None
+    library_campaign: Annotated[
+        str | None, Option(help="Name of the campaign whose mounts are taken from the library.")
+    ] = None
+    mount_set: Annotated[str, Option(help="Mount set on the bench.")] = "M1"
+    pieces: Annotated[
+        int, Option(help="Number of cubic pieces per response surface.", callback=at_least(1))
+    ] = 2
+    self_calibration: Annotated[
+        bool, Option(help="Let the measuring chains calibrate each other.")
+    ] = True
 
     def __post_init__(self) -> None:
         if self.second is None and (self.campaign is not None or self.library is not None):

@@ -1,9 +1,10 @@
-"""Within which stiffnesses may mounts be delivered so that the vehicles keep their limit?
+"""Within which stiffness intervals may parts be delivered so that the vehicles keep their limits?
 
-The largest box of intervals, one per mount and axis, in which a stated share of the parts keeps the
-limits of all vehicles (by default today's level of each), verified with new parts. With seed 1 on
-the virtual platform GeM x, TSM x and Du x need an upper end: the limits set 3 of 20, the others lie
-at the edge of the search, so that widths are those of the search. U06-5 binds.
+The study finds the largest box of intervals, one per mount and axis, in which a stated share of the
+parts keeps the limits of all vehicles. By default the limit of each vehicle is its level today. New
+parts verify the box. On the virtual platform with seed 1, GeM x, TSM x and Du x need an upper end:
+the limits set 3 of 20 ends, the others lie at the bounds of the search. U06-5 exceeds its limit
+most often.
 
 Keys of summary.json: share_stated, share_verified, share_bound (95 % confidence, over parts);
 share_measured_from, share_measured_to (90 %, with all measurements drawn again); width_ratio_pm15
@@ -74,21 +75,45 @@ class Options:
     """What must be kept, by how many parts, about which design."""
 
     seed: Seed = 1
-    share: Annotated[float, Option(help="Share of the parts within it [1].")] = 0.95
-    limit: Annotated[float | None, Option(help="Limit of all vehicles [dB(A)].")] = None
-    below_today: Annotated[float | None, Option(help="Each quieter by this; default 0.")] = None
-    quantity: Annotated[LimitedLevel, Option(help="What is limited.")] = LimitedLevel.mean
+    share: Annotated[
+        float, Option(help="Share of the parts in the box that keep the limits [1].")
+    ] = 0.95
+    limit: Annotated[
+        float | None,
+        Option(help="One limit for all vehicles [dB(A)]; default: each vehicle's level today."),
+    ] = None
+    below_today: Annotated[
+        float | None,
+        Option(help="Demand that each vehicle becomes quieter by this value [dB]; default: 0."),
+    ] = None
+    quantity: Annotated[LimitedLevel, Option(help="Limited quantity.")] = LimitedLevel.mean
     peak_from: Annotated[float, Option(help="First line of a peak level [Hz].")] = 25.0
     peak_to: Annotated[float, Option(help="Last line of a peak level [Hz].")] = 40.0
-    worst_vehicle: Annotated[bool, Option(help="A part must keep the limit in all.")] = True
-    cost_table: Annotated[Path | None, Option(help="variable, weight, reference.")] = None
-    front: Annotated[Path | None, Option(help="Run of a front study; default: search.")] = None
+    worst_vehicle: Annotated[
+        bool,
+        Option(
+            help="A part must keep the limits of all vehicles; otherwise pairs of part and "
+            "vehicle are counted."
+        ),
+    ] = True
+    cost_table: Annotated[
+        Path | None, Option(help="Table with the columns variable, weight and reference tolerance.")
+    ] = None
+    front: Annotated[
+        Path | None, Option(help="Run of a front study; default: a new quick search.")
+    ] = None
     pick: Annotated[Pick, Option(help="Design of the front.")] = Pick.best_mean
-    bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.20
-    tolerance: Annotated[float, Option(help="Half width of the box beside [1].")] = 0.15
+    bounds: Annotated[
+        float, Option(help="Half width of the range of stiffness factors around 1 [1].")
+    ] = 0.20
+    tolerance: Annotated[
+        float, Option(help="Half width of the box around the design, for comparison [1].")
+    ] = 0.15
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
-    workers: Annotated[int, Option(help="Processes; any number gives the same box.")] = 1
+    workers: Annotated[
+        int, Option(help="Number of processes; the result does not depend on it.")
+    ] = 1
 
     def __post_init__(self) -> None:
         if self.limit is not None and self.below_today is not None:

@@ -1,9 +1,10 @@
-"""How wide may each direction of the mounts scatter, at the least cost, for a stated target?
+"""How much may each direction of the mounts scatter, at the lowest cost, for a stated target?
 
-For one design of a front (of a finished run with --from-run, else of a quick search): the cheapest
-tolerances that keep sigma of the mean level at --sigma (default: today's), or --share of all parts
-x vehicles within --limit, exactly. A direction costs 1 at +-15 %, and its reciprocal, or see
---cost-table.
+The study takes one design of a front, of a finished run (--from-run) or of a quick search. It finds
+the cheapest tolerances with which sigma of the mean level is exactly --sigma (default: today's
+sigma), or with which exactly --share of all pairs of part and vehicle keep --limit. The cost of a
+direction is 1 at ±15 % and inversely proportional to the tolerance; --cost-table states other
+costs.
 
 Keys of summary.json: design, target; cost_cheapest, cost_uniform (one tolerance everywhere for the
 same target), cost_today; cost_ratio_to_uniform, cost_ratio_to_uniform_of_effective (uniform where a
@@ -66,15 +67,27 @@ class Options:
     """What is asked, of which design, and at which price."""
 
     seed: Seed = 1
-    from_run: Annotated[Path | None, Option(help="Finished front study, not a search.")] = None
+    from_run: Annotated[
+        Path | None, Option(help="Run of a front study; default: a new quick search.")
+    ] = None
     pick: Annotated[Pick, Option(help="Design of the front.")] = Pick.best_mean
-    point: Annotated[int | None, Option(help="Its number there, from 1.")] = None
-    sigma: Annotated[float | None, Option(help="Target of the mean level [dB].")] = None
-    limit: Annotated[list[str] | None, Option(help="dB(A), +dB, vehicle=dB(A).")] = None
-    share: Annotated[float, Option(help="Share of parts within limits [1].")] = 0.95
-    tightest: Annotated[float, Option(help="Smallest tolerance, half width [1].")] = 0.05
-    widest: Annotated[float, Option(help="Largest tolerance, half width [1].")] = 0.30
-    cost_table: Annotated[Path | None, Option(help="variable, weight, reference tolerance")] = None
+    point: Annotated[
+        int | None, Option(help="Number of the design in the front, from 1, in place of --pick.")
+    ] = None
+    sigma: Annotated[
+        float | None,
+        Option(help="Target for sigma of the mean level [dB]; default: today's sigma."),
+    ] = None
+    limit: Annotated[
+        list[str] | None,
+        Option(help="Limit, as dB(A), as +dB over today, or as vehicle=dB(A); repeatable."),
+    ] = None
+    share: Annotated[float, Option(help="Share of parts within the limits [1].")] = 0.95
+    tightest: Annotated[float, Option(help="Smallest allowed tolerance, half width [1].")] = 0.05
+    widest: Annotated[float, Option(help="Largest allowed tolerance, half width [1].")] = 0.30
+    cost_table: Annotated[
+        Path | None, Option(help="Table with the columns variable, weight and reference tolerance.")
+    ] = None
     search: SearchOptions = SearchOptions(generations=40, population=60)
     scatter: ScatterOptions = ScatterOptions(samples=256)
     platform: PlatformOptions = PlatformOptions()

@@ -1,14 +1,15 @@
-"""What does one platform tell, from a first look at its designs to the mounts to build?
+"""What do the data of a platform show, from a first look at designs to the mounts to build?
 
-A DOE (Sobol) in all vehicles, the correlation of groups and of the vehicles of one group in it,
-the robust front of that group (NSGA-II) and its Sobol sensitivities (SALib), all of one model, in
-one run folder and on one page. Each step is a study of its own, too: fleet_correlation,
-u06_robust_front (with prescribed motion beside), u06_sensitivity.
+With one model, the study computes a DOE (Sobol) in all vehicles, the correlation of groups and of
+the vehicles of one group, the robust front of this group (NSGA-II) and its Sobol sensitivities
+(SALib). Everything is in one run folder and on one page. Each step is also a separate study:
+fleet_correlation, u06_robust_front (which adds prescribed motion) and u06_sensitivity.
 
 Keys of summary.json: those of the four studies, such as splv_change_db_per_line_U06-1,
-r_group_min, r_u06_1_4_min, r_u06_5_mean and st_TSM_x_U06-1. Where two have the same key the front's
-keeps it (n_failed), then that of the groups (r_vehicle_min); the other gets doe_ or within_group_
-before it. surface_difference_at_peaks_db is that of all vehicles, n_runs counts sensitivities only.
+r_group_min, r_u06_1_4_min, r_u06_5_mean and st_TSM_x_U06-1. If two studies have the same key, the
+front keeps it (n_failed), or else the groups (r_vehicle_min); the key of the other study begins
+with doe_ or within_group_. surface_difference_at_peaks_db is that of all vehicles, and n_runs
+counts the sensitivities only.
 """
 
 from __future__ import annotations
@@ -56,24 +57,38 @@ class Options:
     seed: Seed = 1
     doe: Annotated[
         int,
-        Option(help="Designs of the DOE; a power of two.", callback=at_least(8, power_of_two=True)),
+        Option(
+            help="Number of designs of the DOE, a power of two.",
+            callback=at_least(8, power_of_two=True),
+        ),
     ] = 256
-    draws: Annotated[int, Option(help="Draws of a design's scatter; a power of two.")] = 16
+    draws: Annotated[
+        int, Option(help="Number of draws of the scatter per design, a power of two.")
+    ] = 16
     search: ThoroughSearchOptions = ThoroughSearchOptions(generations=30)
-    samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128
+    samples: Annotated[
+        int, Option(help="Number of draws of the scatter per design, a power of two.")
+    ] = 128
     n: Annotated[
         int,
         Option(
-            help="Base points of sensitivities; a power of two.",
+            help="Number of base points of the sensitivities, a power of two.",
             callback=at_least(8, power_of_two=True),
         ),
     ] = 1024
     resamples: Annotated[
-        int, Option(help="Bootstrap resamples of all intervals.", callback=at_least(100))
+        int, Option(help="Number of bootstrap resamples for all intervals.", callback=at_least(100))
     ] = 200
-    bounds: Annotated[float, Option(help="Designs of the search lie within 1 ± this [1].")] = 0.20
-    half_width: Annotated[float, Option(help="DOE and sensitivities: within 1 ± this [1].")] = 0.15
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
+    bounds: Annotated[
+        float,
+        Option(help="Half width of the range of stiffness factors around 1, in the search [1]."),
+    ] = 0.20
+    half_width: Annotated[
+        float, Option(help="The same half width in the DOE and the sensitivities [1].")
+    ] = 0.15
+    tolerance: Annotated[
+        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
+    ] = 0.15
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
 

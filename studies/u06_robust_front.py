@@ -1,9 +1,12 @@
-"""Which mount stiffnesses make the U06 vehicles quiet, and keep them so as parts scatter?
+"""Which mount stiffnesses make the U06 vehicles quiet, also with parts that scatter?
 
-NSGA-II over the 12 stiffness factors of engine, gearbox, strut (TSM), wishbone (Du): sums over the
-vehicles of mean SPLV and of its sigma; gradients let it converge. Where the data allow it the
-powertrain's motion answers (coupled), and the same search with prescribed motion, with whose picks
-the former begins, stands beside it. Keys of summary.json: mean_change_db_<pick>,
+NSGA-II varies the 12 stiffness factors of engine mount, gearbox mount, torque strut (TSM) and
+wishbone mounts (Du). The objectives are the sums over the vehicles of mean SPLV and of its sigma.
+The front then converges along gradients. If the data allow it, the motion of the powertrain is
+solved for each design (coupled motion). A search with prescribed motion runs first and is shown for
+comparison; the coupled search begins with its picks.
+
+Keys of summary.json: mean_change_db_<pick>,
 sigma_change_percent_<pick>; splv_change_db_per_line_<vehicle> (best-mean, no scatter); benefit_db,
 benefit_prescribed_db (fall of the mean level by the optimum of each motion), promised_prescribed_db
 (as prescribed motion sees it); r_min, slope_min, slope_max (coupled over prescribed change of the
@@ -12,9 +15,10 @@ mean_bias_db_per_line (search - verification); surface_difference_at_peaks_db; d
 held_*_share (beyond data); n_front, n_evaluated, n_failed, n_beyond_limits; seconds_search,
 seconds_both_searches.
 
-What it showed (seed 1): -3.1 to -3.6 dB per line in U06-1 to U06-4, -2.0 in U06-5. The thesis's
-figure 47 differs in two: its fifth vehicle hardly changes, and its fourth loses its peak at 37 Hz,
-while here each of today's peaks falls by 3.4 to 4.8 dB and stays. The shipped bodies are drawn.
+Result with seed 1: -3.1 to -3.6 dB per line in U06-1 to U06-4, and -2.0 in U06-5. The thesis's
+figure 47 differs in two points: its fifth vehicle hardly changes, and its fourth vehicle loses its
+peak at 37 Hz. Here each of today's peaks falls by 3.4 to 4.8 dB and remains. The bodies of the
+shipped vehicles are random.
 """
 
 from __future__ import annotations
@@ -69,24 +73,43 @@ class Options:
     seed: Seed = 1
     search: ThoroughSearchOptions = ThoroughSearchOptions(generations=50)
     scatter: ScatterOptions = ScatterOptions()
-    sampler: Annotated[Sampler, Option(help="Tolerance draws; fresh: the thesis.")] = Sampler.sobol
-    objective: Annotated[Aim, Option(help="What is minimised.")] = Aim.mean
-    nominal_mean: Annotated[bool, Option(help="Level of the design itself as mean.")] = False
-    control_variate: Annotated[bool, Option(help="Mean and sigma by regression.")] = False
+    sampler: Annotated[
+        Sampler,
+        Option(help="Method of the draws of the scatter; fresh is the method of the thesis."),
+    ] = Sampler.sobol
+    objective: Annotated[Aim, Option(help="First objective of the search.")] = Aim.mean
+    nominal_mean: Annotated[
+        bool, Option(help="Take the level of the design itself in place of the mean.")
+    ] = False
+    control_variate: Annotated[
+        bool, Option(help="Compute mean and sigma with a control variate (regression).")
+    ] = False
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
     as_thesis: Annotated[
-        bool, Option(help="Prescribed motion; fresh Gaussian draws, 100 in place of 128.")
+        bool,
+        Option(
+            help="Search as the thesis: prescribed motion, and 100 fresh Gaussian draws per "
+            "design in place of 128."
+        ),
     ] = False
-    loss_factors: Annotated[bool, Option(help="Loss factors ±20 % are variables too.")] = False
-    limits: Annotated[Path | None, Option(help="TOML: sag, travel, modes to keep.")] = None
+    loss_factors: Annotated[
+        bool, Option(help="Take the loss factors, ±20 %, as further variables.")
+    ] = False
+    limits: Annotated[
+        Path | None, Option(help="TOML file with limits of sag, travel and modes.")
+    ] = None
     peak_rise: PeakRiseOption = None
     target: Annotated[
-        float | None, Option(help="Level of a car [dB(A)].", show_default="each vehicle's of today")
+        float | None,
+        Option(help="Target level of a car [dB(A)].", show_default="each vehicle's of today"),
     ] = None
     free_tolerances: Annotated[
         bool,
-        Option(help="Search again with the tolerance of each mount, ±5 to ±25 %, as a variable."),
+        Option(
+            help="Search a second time with the tolerance of each mount, ±5 to ±25 %, as a "
+            "variable."
+        ),
     ] = False
 
     def __post_init__(self) -> None:

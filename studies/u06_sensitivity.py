@@ -1,12 +1,14 @@
 """On which mount stiffnesses does the booming noise of the U06 vehicles depend?
 
-Sobol indices of the stiffness factors (the thesis's figure 48): the share of the variance of a
-vehicle's level, 20 to 60 Hz, that each is behind, alone, with others together, mount by mount, and
-line by line. Two analyses: design (uniform within a range, by default 15 %, with 20 % beside it)
-and tolerance (gaussian, cut at 3 sigma); what is not ranked stands beside it.
+Sobol indices of the stiffness factors (the thesis's figure 48) say which share of the variance of a
+vehicle's level, 20 to 60 Hz, comes from each stiffness: alone, together with others, per mount, and
+per frequency line. There are two analyses: design (uniform within a range, by default ±15 %, and
+±20 % for comparison) and tolerance (Gaussian, truncated at 3 sigma). The page ranks the chosen
+analysis and shows the other one for comparison.
 
-On the virtual platform TSM x leads in U06-1 to U06-4, before Du x; in U06-5, the one with the
-battery, GeM x leads before TSM x. Du y and z have no path to the cabin and come out as exactly 0.
+On the virtual platform TSM x matters most in U06-1 to U06-4, then Du x. In U06-5, the vehicle with
+the battery, GeM x matters most, then TSM x. Du y and z have no path to the cabin, so their indices
+are exactly 0.
 
 Keys of summary.json: st_<variable>_<vehicle> such as st_TSM_x_U06-1 (total index), and
 st_mount_<mount>_<vehicle>; largest_interval (half width, 95 %), largest_interaction (total minus
@@ -37,15 +39,26 @@ class Options:
     """What varies and how far, and from how many points."""
 
     seed: Seed = 1
-    n: Annotated[int, Option(help="Base points; a power of two.")] = 1024
+    n: Annotated[int, Option(help="Number of base points, a power of two.")] = 1024
     resamples: Annotated[
-        int, Option(help="Bootstrap resamples of the intervals.", callback=at_least(2))
+        int, Option(help="Number of bootstrap resamples for the intervals.", callback=at_least(2))
     ] = 100
-    analysis: Annotated[Analysis, Option(help="Chosen or scattering.")] = Analysis.design
-    bounds: Annotated[float, Option(help="Range of the design analysis [1].")] = 0.15
-    beside: Annotated[float, Option(help="Another range, beside it [1].")] = 0.20
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
-    pairs: Annotated[bool, Option(help="What two stiffnesses do together only.")] = False
+    analysis: Annotated[
+        Analysis,
+        Option(help="Variation of the stiffnesses: design (uniform range) or tolerance (scatter)."),
+    ] = Analysis.design
+    bounds: Annotated[float, Option(help="Half width of the range of the design analysis [1].")] = (
+        0.15
+    )
+    beside: Annotated[float, Option(help="Half width of a second range, for comparison [1].")] = (
+        0.20
+    )
+    tolerance: Annotated[
+        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
+    ] = 0.15
+    pairs: Annotated[
+        bool, Option(help="Also compute the second-order indices of pairs of stiffnesses.")
+    ] = False
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
 

@@ -1,22 +1,22 @@
-"""Find the unbalance of a running compressor, and judge it against limits.
+"""Identify the unbalance of a running compressor, and judge it by limits.
 
-FOLDER holds operation.toml, the hammer test on the resting compressor (hammer/) and sweeps over
-speed as spectra of first order or over time with a tacho. `deboom bench operation FOLDER`
-writes a virtual one.
+FOLDER contains operation.toml, the hammer test of the compressor at rest (hammer/) and speed
+sweeps, as spectra of first order or as time data with a tacho. `deboom bench operation FOLDER`
+writes a virtual test.
 
-What comes out: static and dynamic unbalance with their intervals, gas forces, sense of
-rotation, the load inside over speed with its confidence band, and which lines cannot be trusted
-and why; five routes side by side; tables, figures and report.html.
+Results: static and dynamic unbalance with their intervals, gas forces, sense of rotation, the load
+inside over speed with its confidence band, the lines that cannot be trusted with the reason, the
+results of five routes, tables, figures and report.html.
 
-Look at three things before you trust it: residuals over noise, the state of the mounts (what
-ran is not always what was struck; then route e), and the hatched speeds. That y and z agree
-proves nothing: a gas force that turns with the rotor agrees as well.
+Check three things before you trust the result: the residuals over noise, the state of the mounts
+(if it changed since the hammer test, use route e), and the hatched speeds. Agreement of y and z
+proves nothing: a gas force that rotates with the rotor agrees as well.
 
 Routes. a: measured apparent mass (thesis); b: model at the virtual point; c: self-calibrated
-model; d: measured, self-calibrated; e: c with mounts brought up to date by the sweep. auto: d,
-or e where the mounts have changed, no hoses are seen and the hammer test gave no alarm. With
---identified, another hammer test than that of the run is refused. With --limits the run folder
-gets supplier_sheet.html and .xlsx.
+model; d: measured, self-calibrated; e: c with mounts brought up to date by the sweep. auto: d, or e
+if the mounts have changed, no hoses are detected and the hammer test gave no alarm. --identified
+takes only a run with the same hammer test. With --limits the run folder contains
+supplier_sheet.html and .xlsx.
 
 A file of limits:
 
@@ -35,15 +35,16 @@ at_least_n_per_mm = 60.0
 at_most_n_per_mm = 90.0
 
 [[stiffness]] is |K| of the compressor on its mounts at the origin of the position sheet;
-[[rotational_stiffness]] has directions rx, ry, rz and at_most_n_m_per_rad. A limit passes where
-the value keeps a guard band away from it, so that a bad part passes with at most risk_percent
-probability; it fails outside; in between it is undecided, and the sheet says what would decide.
+[[rotational_stiffness]] has directions rx, ry, rz and at_most_n_m_per_rad. A part passes if its
+value is inside the limit by a guard band, so that a bad part passes with a probability of at most
+risk_percent. It fails if its value is outside. Between the two it is undecided, and the sheet says
+what would decide.
 
 Keys of summary.json: those of compressor_unbalance.
 
 The last line of the output is the run folder; before it, with limits, the verdict.
 
-deboom bench operation test, then deboom unbalance test --limits limits.toml.
+Try: deboom bench operation test, then deboom unbalance test --limits limits.toml
 """  # noqa: D301 - a real backspace keeps the lines of the file apart in the help
 
 from __future__ import annotations
@@ -80,27 +81,28 @@ class Options:
     folder: Annotated[Path, Argument(help="Folder with operation.toml.")] = Path()
     limits: ComponentLimitsFile = None
     route: Annotated[
-        Literal["auto", "a", "b", "c", "d", "e"], Option(help="Route whose numbers count.")
+        Literal["auto", "a", "b", "c", "d", "e"], Option(help="Route of the result.")
     ] = "auto"
     identified: Annotated[
-        Path | None, Option(help="Run of `deboom identify`, whose bands are fitted again.")
+        Path | None, Option(help="Run of `deboom identify`; its bands are fitted again.")
     ] = None
     hoses: Annotated[
-        Literal["soft", "standard"] | None, Option(help="Hoses of the sweeps; default: soft.")
+        Literal["soft", "standard"] | None,
+        Option(help="Hoses of the evaluated sweeps; default: soft."),
     ] = None
     sense: Annotated[
         Literal["positive", "negative"] | None,
-        Option(help="Rotation about x that sweeps must show; default: any."),
+        Option(help="Sense of rotation about x that the sweeps must show; default: any."),
     ] = None
-    band: Annotated[str, Option(metavar=BAND, help="Lines of the fit over all sweeps [Hz].")] = (
+    band: Annotated[str, Option(metavar=BAND, help="Band of the fit over all sweeps [Hz].")] = (
         "17-150"
     )
     confidence: Annotated[float, Option(help="Confidence of bands and intervals.")] = 0.95
     softening: Annotated[
-        SofteningLaw, Option(help="Law of mounts that soften with their own stroke, route e.")
+        SofteningLaw, Option(help="Law of softening over the stroke of each mount, for route e.")
     ] = SofteningLaw.PARABOLA
     truth: Annotated[
-        bool, Option(help="Compare with truth/ of a virtual test, else never opened.")
+        bool, Option(help="Compare with truth/ of a virtual test; otherwise deboom never opens it.")
     ] = False
 
 

@@ -144,7 +144,7 @@ def _options(
 def run(
     context: typer.Context,
     study: Annotated[
-        str | None, typer.Argument(help="A study's name or file, such as u06_robust_front.")
+        str | None, typer.Argument(help="Name or file of a study, such as u06_robust_front.")
     ] = None,
 ) -> None:
     """Run a study and print the folder of its results as the last line.
@@ -166,7 +166,9 @@ def run(
 def studies(
     folder: Annotated[
         Path | None,
-        typer.Option(help="Folder with the studies; default: studies here, or deboom's."),
+        typer.Option(
+            help="Folder with studies; default: ./studies, or else the studies of deboom."
+        ),
     ] = None,
 ) -> None:
     """List the studies with their questions."""

@@ -19,74 +19,90 @@ Folder = Annotated[Path, typer.Argument(help="A new or empty folder for the file
 Seed = Annotated[
     int,
     typer.Option(
-        help="Seed from 1 of errors and noise, and of what stands on the bench; 1 takes platform "
-        "and vehicle from the frozen fleet."
+        help="Seed of errors and noise, and of what stands on the bench, 1 or higher; "
+        "with 1, platform and vehicle are those of the shipped fleet."
     ),
 ]
 TruthSeed = Annotated[
     int,
     typer.Option(
-        help="From 1, which is what is shipped. Draws powertrain, three or four cylinders, laws of "
-        "the mounts, torque and gears; of a compressor unbalance and sense. Best designs of 20 "
-        "such platforms bring -4.3 to -2.6 dB per line (10 to 90 %), that of seed 1 -3.1."
+        help="Seed of the true properties, 1 or higher; 1 gives those that are shipped. "
+        "It draws the powertrain with three or four cylinders, laws of the mounts, "
+        "torque and gears, and the unbalance and sense of rotation of a compressor."
+        " The best designs of 20 such platforms change the level by -4.3 to -2.6 dB"
+        " per line (10 to 90 %), with seed 1 by -3.1 dB."
     ),
 ]
 Tilt = Annotated[
     float,
     typer.Option(
-        help="Turn each powertrain mount by this angle, about an axis that --truth-seed draws "
-        "[deg]; its laws turn with it, and mounts.csv states the angles."
+        help="Tilt each powertrain mount by this angle [deg], about an axis that "
+        "--truth-seed draws; mounts.csv states the angles."
     ),
 ]
 BodyScatter = Annotated[
     float,
     typer.Option(
-        help="Factor on what cars of one drawing differ by. Their noise transfer functions span 6 "
-        "dB with 1 and 11 dB with 2, the 10 to 15 dB of the literature; with --seed from 2."
+        help="Factor on the differences between cars of one drawing [1]. Their noise "
+        "transfer functions span 6 dB with 1, and 11 dB with 2; the literature has "
+        "10 to 15 dB. It needs --seed 2 or higher."
     ),
 ]
 NoiseFree = Annotated[
-    bool, typer.Option("--noise-free", help="Let every sensor and hit be as stated, without noise.")
+    bool,
+    typer.Option(
+        "--noise-free",
+        help="Write data without noise, with every sensor and hit exactly as stated.",
+    ),
 ]
 Level = Annotated[
     CalibrationLevel,
     typer.Option(
-        help="How well sensors and impacts are calibrated and placed, 1 sigma of gain, position "
-        "and angle: C0.5 0.5 %, 0.5 mm, 0.5 deg; C1 1 %, 1 mm, 1 deg; C2 2 %, 1.5 mm, 1.5 deg; C3 "
-        "3 %, 2 mm, 2 deg."
+        help="Errors of sensors and impacts, 1 sigma of gain, position and angle. C0.5: "
+        "0.5 %, 0.5 mm, 0.5 deg; C1: 1 %, 1 mm, 1 deg; C2: 2 %, 1.5 mm, 1.5 deg; "
+        "C3: 3 %, 2 mm, 2 deg."
     ),
 ]
 Case = Annotated[
     CompressorCase,
-    typer.Option(help="Mounts: table11 takes the thesis's, random draws them around the drawing."),
+    typer.Option(
+        help="Mounts: table11 takes those of the thesis, random draws them around the drawing."
+    ),
 ]
 IdenticalMounts = Annotated[
-    bool, typer.Option("--identical-mounts", help="One round part number for all mounts.")
+    bool, typer.Option("--identical-mounts", help="Use one round part for all mounts.")
 ]
 Softening = Annotated[
-    bool, typer.Option("--softening", help="Let mounts soften with their amplitude.")
+    bool, typer.Option("--softening", help="Let the mounts soften with their amplitude.")
 ]
 FlexibleReceiver = Annotated[
-    bool, typer.Option("--flexible-receiver", help="A subframe with a mode at 38 Hz.")
+    bool,
+    typer.Option(
+        "--flexible-receiver", help="Put the compressor on a subframe with a mode at 38 Hz."
+    ),
 ]
 Hoses = Annotated[
     HoseCase,
     typer.Option(
-        help="The standard hoses: drawn: as catalogued; scattered: stiffness, mass and loss 0.75 "
-        "to 1.3 times that; displaced: ports, directions and lengths are off, too."
+        help="Standard hoses. drawn: as in the catalogue; scattered: stiffness, mass and"
+        " loss 0.75 to 1.3 times the catalogue; displaced: ports, directions and "
+        "lengths differ as well."
     ),
 ]
 HammerWithHoses = Annotated[
-    bool, typer.Option("--hammer-with-hoses", help="A second hammer test, with standard hoses.")
+    bool, typer.Option("--hammer-with-hoses", help="Also write a hammer test with standard hoses.")
 ]
 MountStorage = Annotated[
     float,
     typer.Option(
-        help="Real part of the mounts' stiffness while it runs, over that under the hammer: "
-        "warmth, preload, amplitude. Try 0.9: the thesis's route errs below 50 Hz."
+        help="Real part of the mounts' stiffness in operation, over that in the hammer "
+        "test [1]. Temperature, preload and amplitude change it. Try 0.9: then the "
+        "thesis's route errs below 50 Hz."
     ),
 ]
-MountLoss = Annotated[float, typer.Option(help="The same ratio of the imaginary part. Try 1.1.")]
+MountLoss = Annotated[
+    float, typer.Option(help="The same ratio for the imaginary part [1]. Try 1.1.")
+]
 
 
 @bench_app.command("write")
@@ -96,17 +112,19 @@ def write(
     truth_seed: TruthSeed = 1,
     tilt: Tilt = 0.0,
     library: Annotated[
-        bool, typer.Option("--library", help="Characterise the mounts as well; half a minute.")
+        bool,
+        typer.Option("--library", help="Also characterise the mounts, which takes half a minute."),
     ] = False,
     per_piece: Annotated[
-        bool, typer.Option("--per-piece", help="Transfer functions of each wishbone mount alone.")
+        bool,
+        typer.Option("--per-piece", help="Write one transfer function for each wishbone mount."),
     ] = False,
     receptance: Annotated[
         bool,
         typer.Option(
             "--receptance",
-            help="Write how far each body gives way at the mounts (UFF): coupled motion then moves "
-            "powertrain and body together.",
+            help="Write the receptance of each body at the mounts (UFF). Coupled motion then"
+            " includes the motion of the body.",
         ),
     ] = False,
     body_scatter: BodyScatter = 1.0,
@@ -152,11 +170,14 @@ def campaign(
     tilt: Tilt = 0.0,
     mount_set: Annotated[
         list[str] | None,
-        typer.Option(help="M0 as drawn, M1, … scattered, EnM1-GeM2-TSM3-Du4 mixed; repeatable."),
+        typer.Option(
+            help="Set of mounts: M0 is as drawn, M1 and higher are scattered, "
+            "EnM1-GeM2-TSM3-Du4 is mixed; repeatable."
+        ),
     ] = None,
     noise_free: NoiseFree = False,
     time_run: Annotated[
-        bool, typer.Option("--time-run", help="Write one run as time data with tacho as well.")
+        bool, typer.Option("--time-run", help="Also write one run as time data with a tacho.")
     ] = False,
 ) -> None:
     """Write a measurement campaign: raw channels of runs, shaker runs, suppliers' curves.
@@ -196,7 +217,7 @@ def vehicle(
     tilt: Tilt = 0.0,
     name: Annotated[str, typer.Option("--vehicle", help="Vehicle of the fleet.")] = "U06-1",
     mount_set: Annotated[
-        str, typer.Option(help="Parts under its powertrain, such as M0, M1 or EnM1-GeM2-TSM3-Du4.")
+        str, typer.Option(help="Mounts of its powertrain, such as M0, M1 or EnM1-GeM2-TSM3-Du4.")
     ] = "M1",
     body_scatter: BodyScatter = 1.0,
     noise_free: NoiseFree = False,
@@ -237,13 +258,17 @@ def compressor(
     softening: Softening = False,
     flexible_receiver: FlexibleReceiver = False,
     flexible_body: Annotated[
-        float, typer.Option(help="Its two parts swing at this frequency [Hz]; 0: rigid.")
+        float,
+        typer.Option(
+            help="Frequency at which the two parts of the body swing [Hz]; 0 means a rigid body."
+        ),
     ] = 0.0,
     hits: Annotated[
-        bool, typer.Option("--hits", help="Write every hit over time as well, 30 MB more.")
+        bool, typer.Option("--hits", help="Also write every hit over time (30 MB).")
     ] = False,
     free: Annotated[
-        bool, typer.Option("--free", help="Hang it from soft cords, for `identify --free`.")
+        bool,
+        typer.Option("--free", help="Hang the compressor from soft cords, for `identify --free`."),
     ] = False,
     noise_free: NoiseFree = False,
 ) -> None:
@@ -279,10 +304,11 @@ def operation(
     softening: Softening = False,
     flexible_receiver: FlexibleReceiver = False,
     sense: Annotated[
-        int, typer.Option(help="1: the rotor turns from y to z; -1: from z to y.")
+        int, typer.Option(help="Sense of rotation: 1 from y to z, -1 from z to y.")
     ] = 1,
     time_record: Annotated[
-        bool, typer.Option("--time-record", help="A run-up over time with tacho as well, 3 MB.")
+        bool,
+        typer.Option("--time-record", help="Also write a run-up over time with a tacho (3 MB)."),
     ] = False,
     noise_free: NoiseFree = False,
 ) -> None:
@@ -320,7 +346,7 @@ def electric_car(
     folder: Folder,
     car: Annotated[str, typer.Option(help="Car of the fleet, EV-1 to EV-5.")] = "EV-1",
     fleet: Annotated[
-        int | None, typer.Option(help="Seed of an unselected fleet; default: the frozen one.")
+        int | None, typer.Option(help="Seed of a random fleet; default: the shipped fleet.")
     ] = None,
     level: Level = CalibrationLevel.C2,
     seed: Seed = 1,
@@ -364,26 +390,32 @@ def component(
     level: Level = CalibrationLevel.C2,
     seed: Seed = 1,
     truth_seed: Annotated[
-        int, typer.Option(help="Seed from 1 of source, both bodies and what shakes the source.")
+        int,
+        typer.Option(
+            help="Seed of the source, of both bodies and of the loads in the source, 1 or higher."
+        ),
     ] = 1,
-    points: Annotated[int, typer.Option(help="Places where source and body meet, 1 to 3.")] = 3,
+    points: Annotated[
+        int, typer.Option(help="Number of points that connect source and body, 1 to 3.")
+    ] = 3,
     unmeasured_rotations: Annotated[
         bool,
         typer.Option(
             "--unmeasured-rotations",
-            help="State three degrees of freedom per point, though moments act as well.",
+            help="State three degrees of freedom per point, although moments act as well.",
         ),
     ] = False,
     unmeasured_point: Annotated[
         bool,
         typer.Option(
-            "--unmeasured-point", help="A bracket joins source and body that nobody measured."
+            "--unmeasured-point", help="Add a bracket between source and body that nobody measured."
         ),
     ] = False,
     airborne: Annotated[
         float,
         typer.Option(
-            help="Energy that reaches the ears through the air, over that of the structure. Try 1."
+            help="Energy at the ears through the air, over the energy through the structure "
+            "[1]. Try 1."
         ),
     ] = 0.0,
     noise_free: NoiseFree = False,

@@ -11,17 +11,27 @@ import typer
 
 def orders(
     campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml.")],
-    time_run: Annotated[str, typer.Argument(help="One of its [[time_runs]].")],
+    time_run: Annotated[str, typer.Argument(help="Name of one of its [[time_runs]].")],
     name: Annotated[
-        str | None, typer.Option(help="Name of the operating run; default: alike.")
+        str | None,
+        typer.Option(help="Name of the operating run; default: the name of the time run."),
     ] = None,
     bandwidth: Annotated[float, typer.Option(help="Half-power width of the filter [Hz].")] = 3.0,
     other_order: Annotated[
-        list[float] | None, typer.Option(help="A strong order beside, for the filter; repeatable.")
+        list[float] | None,
+        typer.Option(help="Another strong order that the filter separates; repeatable."),
     ] = None,
-    rpm_from: Annotated[float | None, typer.Option(help="Lowest line; default: the run's.")] = None,
-    rpm_to: Annotated[float | None, typer.Option(help="Highest line; default: the run's.")] = None,
-    rpm_step: Annotated[float, typer.Option(help="Distance between lines [1/min].")] = 10.0,
+    rpm_from: Annotated[
+        float | None,
+        typer.Option(help="Lowest engine speed [1/min]; default: the lowest of the run."),
+    ] = None,
+    rpm_to: Annotated[
+        float | None,
+        typer.Option(help="Highest engine speed [1/min]; default: the highest of the run."),
+    ] = None,
+    rpm_step: Annotated[
+        float, typer.Option(help="Distance of the lines in engine speed [1/min].")
+    ] = 10.0,
 ) -> None:
     """Make an operating run of a run over time, and add it to its campaign.
 
@@ -71,7 +81,10 @@ library_app = typer.Typer(
 )
 
 Where = Annotated[
-    str, typer.Argument(metavar="LIBRARY", help="A file, or postgresql://user@host/database.")
+    str,
+    typer.Argument(
+        metavar="LIBRARY", help="Mount library: a file, or postgresql://user@host/database."
+    ),
 ]
 Campaign = Annotated[str | None, typer.Option(help="Only mounts of this campaign.")]
 MountName = Annotated[str | None, typer.Option("--mount", help="Only this mount, such as TSM.")]
@@ -114,9 +127,9 @@ def show(
 @library_app.command("import")
 def import_mounts(
     library: Where,
-    file: Annotated[Path, typer.Argument(help="A JSON export of another library.")],
+    file: Annotated[Path, typer.Argument(help="JSON file exported from another library.")],
     replace: Annotated[
-        bool, typer.Option("--replace", help="Exchange mounts that are there already.")
+        bool, typer.Option("--replace", help="Replace mounts that the library has already.")
     ] = False,
 ) -> None:
     """Import the mounts of a JSON export; a library that is missing is made."""
@@ -132,13 +145,17 @@ def import_mounts(
 @library_app.command("rig")
 def import_rig(
     library: Where,
-    folder: Annotated[Path, typer.Argument(help="Folder of a mount on a rig, with rig.toml.")],
+    folder: Annotated[
+        Path, typer.Argument(help="Folder with rig.toml: a mount measured on a rig.")
+    ],
     table: Annotated[
         Path | None,
-        typer.Option(help="Write the 3 x 3 stiffness of the first preload, for receiver.toml."),
+        typer.Option(
+            help="Also write the 3 x 3 stiffness at the first preload as CSV, for receiver.toml."
+        ),
     ] = None,
     replace: Annotated[
-        bool, typer.Option("--replace", help="Exchange a mount that is there already.")
+        bool, typer.Option("--replace", help="Replace a mount that the library has already.")
     ] = False,
 ) -> None:
     """Import a mount that was measured on a rig: ISO 10846-2 direct, or -3 indirect.
@@ -161,7 +178,7 @@ def import_rig(
 @library_app.command()
 def export(
     library: Where,
-    file: Annotated[Path, typer.Argument(help="What to write: .xlsx or .json.")],
+    file: Annotated[Path, typer.Argument(help="File to write, .xlsx or .json.")],
     campaign: Campaign = None,
     mount: MountName = None,
     variant: Variant = None,
@@ -192,15 +209,24 @@ def export(
 
 def characterise(
     campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml.")],
-    library: Annotated[str, typer.Option(help="Where mounts go: a file, or a PostgreSQL URL.")],
-    mount_set: Annotated[list[str] | None, typer.Option(help="Only this; repeatable.")] = None,
-    gear: Annotated[list[int] | None, typer.Option(help="Repeatable; default 5 6 7.")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the error budget, from 1.")] = 1,
+    library: Annotated[
+        str, typer.Option(help="Mount library to write: a file, or a PostgreSQL URL.")
+    ],
+    mount_set: Annotated[
+        list[str] | None, typer.Option(help="Characterise only this mount set; repeatable.")
+    ] = None,
+    gear: Annotated[
+        list[int] | None, typer.Option(help="Gear of the runs; repeatable; default: 5 6 7.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the error budget, 1 or higher.")] = 1,
     replace: Annotated[
-        bool, typer.Option("--replace", help="Exchange mounts that are there already.")
+        bool, typer.Option("--replace", help="Replace mounts that the library has already.")
     ] = False,
     time_runs: Annotated[
-        bool, typer.Option("--time-runs", help="First do `deboom orders` with its time runs.")
+        bool,
+        typer.Option(
+            "--time-runs", help="First run `deboom orders` on the time runs of the campaign."
+        ),
     ] = False,
 ) -> None:
     """Characterise the mounts of a measurement campaign and keep them in a library."""

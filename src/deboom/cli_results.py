@@ -19,13 +19,16 @@ DESIGN = Annotated[
     ),
 ]
 STUDIES = Annotated[
-    Path | None, typer.Option(help="Folder with the run's script; default: deboom's own studies.")
+    Path | None,
+    typer.Option(help="Folder with the script of the run; default: the studies of deboom."),
 ]
 
 
 def list_(
     results: Annotated[Path, typer.Argument(help="Folder with results.")] = Path("results"),
-    html: Annotated[bool, typer.Option("--html", help="Write a page of all, index.html.")] = False,
+    html: Annotated[
+        bool, typer.Option("--html", help="Also write a page of all runs, index.html.")
+    ] = False,
 ) -> None:
     """List finished, running and unfinished runs: question, seed, date and headline numbers.
 
@@ -55,24 +58,44 @@ def show(
 
 def report(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
-    supplier: Annotated[bool, typer.Option("--supplier", help="Sheets to quote and sign.")] = False,
-    interactive: Annotated[bool, typer.Option("--interactive", help="A page to explore.")] = False,
-    beside: Annotated[Path | None, typer.Option(help="Run whose front lies over RUN's.")] = None,
-    vehicle: Annotated[
-        list[str] | None, typer.Option(help="Of the interactive page; repeatable.")
+    supplier: Annotated[
+        bool, typer.Option("--supplier", help="Write sheets that a supplier can quote and sign.")
+    ] = False,
+    interactive: Annotated[
+        bool, typer.Option("--interactive", help="Write a page with sliders, to explore designs.")
+    ] = False,
+    beside: Annotated[
+        Path | None, typer.Option(help="Run whose front is drawn beside the front of RUN.")
     ] = None,
-    mount: Annotated[str | None, typer.Option(help="One part; by default all of them.")] = None,
-    anonymous: Annotated[bool, typer.Option("--anonymous", help="Vehicles are letters.")] = False,
+    vehicle: Annotated[
+        list[str] | None,
+        typer.Option(help="Vehicle of the interactive page; repeatable; default: all."),
+    ] = None,
+    mount: Annotated[
+        str | None, typer.Option(help="Mount of the sheet; default: one sheet for each mount.")
+    ] = None,
+    anonymous: Annotated[
+        bool,
+        typer.Option(
+            "--anonymous",
+            help="Replace names of vehicles by letters, and leave out limits and levels.",
+        ),
+    ] = False,
     design: DESIGN = Pick.best_mean,
     box: Annotated[
-        Path | None, typer.Option(help="Acceptance box, or run of solution_box.")
+        Path | None, typer.Option(help="Acceptance box, or a run of solution_box.")
     ] = None,
     tolerances: Annotated[Path | None, typer.Option(help="Run of tolerance_allocation.")] = None,
     sharing: Annotated[Path | None, typer.Option(help="Run of commonality.")] = None,
-    since: Annotated[Path | None, typer.Option(help="Older workbook: marks what moved.")] = None,
-    language: Annotated[Language, typer.Option(help="Language of the files.")] = Language.en,
+    since: Annotated[
+        Path | None, typer.Option(help="Workbook of an older sheet; changes since then are marked.")
+    ] = None,
+    language: Annotated[Language, typer.Option(help="Language of the sheets.")] = Language.en,
     studies: STUDIES = None,
-    out: Annotated[Path | None, typer.Option(help="Default RUN, and RUN/supplier.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the files; default: RUN, and RUN/supplier for sheets."),
+    ] = None,
 ) -> None:
     """Write further pages from a finished run: for a mount supplier, or to explore its front.
 
@@ -139,7 +162,9 @@ def listen(
     design: DESIGN = Pick.best_mean,
     seconds: Annotated[float, typer.Option(help="Length of the run-up, 1 to 120 s.")] = 10.0,
     studies: STUDIES = None,
-    out: Annotated[Path | None, typer.Option(help="Folder; default RUN/listen.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the WAV files; default: RUN/listen.")
+    ] = None,
 ) -> None:
     """Hear a front: the run-up at the driver's ear with today's mounts and with a pick, as WAV.
 
@@ -158,7 +183,7 @@ def listen(
 def serve(
     results: Annotated[Path, typer.Argument(help="Folder with results.")] = Path("results"),
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Port of this computer; 0 takes a free one.")
+        int, typer.Option(min=0, max=65535, help="Port on this computer; 0 takes a free port.")
     ] = 0,
 ) -> None:
     """Look at results in the browser while searches run: fronts grow, runs stand side by side.
@@ -181,17 +206,24 @@ def serve(
 
 
 def new(
-    kind: Annotated[FolderKind, typer.Argument(help="What was, or will be, measured.")],
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A folder to be made.")],
+    kind: Annotated[FolderKind, typer.Argument(help="Kind of measurement.")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Folder to make; it must not exist.")
+    ],
     mount: Annotated[
-        list[str] | None, typer.Option(help="NAME, or NAME=left,right; repeatable.")
+        list[str] | None,
+        typer.Option(
+            help="Name of a mount, or NAME=left,right for two pieces of one part; repeatable."
+        ),
     ] = None,
     vehicle: Annotated[
         list[str] | None, typer.Option(help="Name of a vehicle; repeatable.")
     ] = None,
     group: Annotated[str, typer.Option(help="Group of the vehicles.")] = "cars",
     load_case: Annotated[list[str] | None, typer.Option(help="Name of a run; repeatable.")] = None,
-    files: Annotated[FunctionFiles, typer.Option(help="Format of spectra.")] = FunctionFiles.uff,
+    files: Annotated[
+        FunctionFiles, typer.Option(help="Format of the functions over frequency.")
+    ] = FunctionFiles.uff,
 ) -> None:
     """Write a folder to fill in with measurements of your own.
 
@@ -226,7 +258,7 @@ def new(
 
 def check(
     folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="Folder of any kind that deboom new writes.")
+        Path, typer.Argument(metavar="FOLDER", help="Folder of any kind that `deboom new` writes.")
     ],
 ) -> None:
     """List what is missing or wrong in a folder of measurements, or what it holds.

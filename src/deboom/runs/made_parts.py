@@ -148,10 +148,16 @@ class MadeParts:
 class ScatterOptions:
     """Options of a study: how parts scatter, and how many are drawn."""
 
-    samples: Annotated[int, Option(help="Draws per design; a power of two.")] = 128
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
-    bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.20
-    parts: Annotated[Path | None, Option(help="TOML: part numbers, batches, scatter.")] = None
+    samples: Annotated[int, Option(help="Number of draws per design, a power of two.")] = 128
+    tolerance: Annotated[
+        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
+    ] = 0.15
+    bounds: Annotated[
+        float, Option(help="Half width of the range of stiffness factors around 1 [1].")
+    ] = 0.20
+    parts: Annotated[
+        Path | None, Option(help="TOML file with part numbers, batches and scatter of parts.")
+    ] = None
 
     def made(self, variables: Sequence[str]) -> MadeParts:
         """Return the space of a study's factors, ``1 ± bounds``, with this scatter.

@@ -42,15 +42,17 @@ def at_least(least: int, *, power_of_two: bool = False) -> Callable[..., int]:
     return check
 
 
-Seed = Annotated[int, Option(help="From 1; the same seed gives the same numbers.")]
+Seed = Annotated[int, Option(help="Seed, 1 or higher; the same seed gives the same numbers.")]
 """Option of every study."""
 StudiesFolder = Annotated[
-    Path | None, Option(help="Folder with the run's script; default: deboom's own studies.")
+    Path | None, Option(help="Folder with the script of the run; default: the studies of deboom.")
 ]
 IdenticalMounts = Annotated[
-    bool, Option(help="With a drawing: place and lean of mounts of one round part.")
+    bool, Option(help="With a drawing, fit position and tilt of mounts that are one round part.")
 ]
-ComponentLimitsFile = Annotated[Path | None, Option(help="TOML file of limits to judge by.")]
+ComponentLimitsFile = Annotated[
+    Path | None, Option(help="TOML file with limits, to judge the component.")
+]
 
 _T = TypeVar("_T")
 

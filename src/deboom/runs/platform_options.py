@@ -38,21 +38,26 @@ class PlatformOptions:
     Of the groups None means all, and no group the one that the platform was made for.
     """
 
-    load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None
+    load_case: Annotated[
+        list[str] | None, Option(help="Load case, as NAME or NAME=WEIGHT; repeatable.")
+    ] = None
     group: Annotated[
         list[str] | None,
         BeforeValidator(_listed_groups),
         Option(
-            help=f"Vehicles to serve; repeatable, or '{ALL}'.",
+            help=f"Group of vehicles; repeatable; '{ALL}' takes all vehicles.",
             show_default=f"{DEMONSTRATED}, or the only one",
         ),
     ] = field(default_factory=list)
     platform: Annotated[Path, Option(help="Folder with platform.toml.")] = DEMONSTRATION
     band: Annotated[
         tuple[float, float] | None,
-        Option(metavar=BAND, help="Lines that count [Hz].", show_default=BAND_DEFAULT),
+        Option(metavar=BAND, help="Band whose lines count [Hz].", show_default=BAND_DEFAULT),
     ] = None
-    mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library
+    mounts: Annotated[
+        MountSource,
+        Option(help="Source of the mount stiffnesses: mount library or operating spectra."),
+    ] = MountSource.library
 
     def runs(self) -> Runs:
         """Read the platform and look up the runs; see `deboom.vehicles.platform.Platform.runs`."""
@@ -77,9 +82,18 @@ class MotionOptions:
 
     motion: Annotated[
         Motion | None,
-        Option(help="How the powertrain answers a design.", show_default=MOTION_DEFAULT),
+        Option(
+            help="Motion of the powertrain: as measured, or solved again for each design.",
+            show_default=MOTION_DEFAULT,
+        ),
     ] = None
-    factor: Annotated[Factor, Option(help="What a stiffness factor means.")] = Factor.dynamic
+    factor: Annotated[
+        Factor,
+        Option(
+            help="Meaning of a stiffness factor: dynamic stiffness, or rubber with its "
+            "static curve."
+        ),
+    ] = Factor.dynamic
 
     def model(self, runs: Runs, *, loss_factors: bool = False) -> BoomingModel:
         """Build the booming model of the runs; the warning that ``part`` needs is printed."""

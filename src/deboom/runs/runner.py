@@ -533,7 +533,9 @@ def study_command(wanted: str | Path) -> typer.Typer:
     common = list(inspect.signature(_common_options).parameters)
     if study.positional:
         common = ["context", "out", "show_page"]
-        hints["out"] = Annotated[Path, typer.Option(help=f"Folder that gets {study.name}/<run>/.")]
+        hints["out"] = Annotated[
+            Path, typer.Option(help=f"Folder in which {study.name}/<run>/ is made.")
+        ]
     declared = inspect.signature(_common_options).parameters
     options = [*study.parameters.values()]
     options += [declared[name].replace(annotation=hints[name]) for name in common]
@@ -590,25 +592,26 @@ def _common_options(
     *,
     context: typer.Context,
     out: Annotated[
-        Path, typer.Option(help="Folder that gets <study>/<run>/ with all results.")
+        Path, typer.Option(help="Folder in which <study>/<run>/ is made, with all results.")
     ] = Path("results"),
     show_page: Annotated[
         bool,
-        typer.Option("--open", help="Open the page in the browser when done; needs a display."),
+        typer.Option(
+            "--open", help="Open the page in the browser at the end; this needs a display."
+        ),
     ] = False,
     resume: Annotated[
         str | None,
         typer.Option(
             metavar="RUN",
-            help="Go on with an interrupted run, by its name or folder, or with the latest; it "
-            "keeps its options.",
+            help="Continue an interrupted run, given by name, folder or latest, with its options.",
         ),
     ] = None,
     other_code: Annotated[
         bool,
         typer.Option(
             "--other-code",
-            help="Resume although deboom, the study or a package has changed since the run began.",
+            help="With --resume: continue although deboom, the study or a package has changed.",
         ),
     ] = False,
 ) -> None:

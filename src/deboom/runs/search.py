@@ -105,7 +105,7 @@ class _Together:
 
 
 PeakRiseOption: TypeAlias = Annotated[
-    float | None, Option(help="Largest rise of a booming peak; default: any [dB].")
+    float | None, Option(help="Largest allowed rise of a booming peak [dB]; default: no limit.")
 ]
 """By how much a design may raise the booming peak that rises most."""
 
@@ -146,21 +146,25 @@ def keeping_peaks(
 class SearchOptions:
     """Options of a study: what searches, how long, and with how many processes."""
 
-    generations: Annotated[int, Option(help="Generations of the search.", callback=at_least(1))] = (
-        100
+    generations: Annotated[
+        int, Option(help="Number of generations of the search.", callback=at_least(1))
+    ] = 100
+    population: Annotated[
+        int, Option(help="Number of designs per generation.", callback=at_least(4))
+    ] = 100
+    algorithm: Annotated[SearchAlgorithm, Option(help="Search algorithm of pymoo.")] = (
+        SearchAlgorithm.nsga2
     )
-    population: Annotated[int, Option(help="Designs per generation.", callback=at_least(4))] = 100
-    algorithm: Annotated[
-        SearchAlgorithm, Option(help="Algorithm of pymoo that searches the front.")
-    ] = SearchAlgorithm.nsga2
     workers: Annotated[
-        int, Option(help="Processes; any number gives the same result.", callback=at_least(1))
+        int,
+        Option(help="Number of processes; the result does not depend on it.", callback=at_least(1)),
     ] = 1
     scheduler: Annotated[
         str | None,
         Option(
-            help="Dask cluster, tcp://host:port; it trusts whoever reaches it, so keep it in a "
-            "closed network or use tls://host:port with Dask's own TLS settings."
+            help="Dask cluster, tcp://host:port. Everybody who can reach it can use it: keep"
+            " it in a closed network, or use tls://host:port with Dask's own TLS "
+            "settings."
         ),
     ] = None
 
@@ -250,12 +254,18 @@ class ThoroughSearchOptions(SearchOptions):
     """Options of a study that may search with several seeds, and goes on by gradient."""
 
     searches: Annotated[
-        int, Option(help="Seeds from seed upwards, into one front.", callback=at_least(1))
+        int,
+        Option(
+            help="Number of searches with the seeds from --seed upwards; they give one front.",
+            callback=at_least(1),
+        ),
     ] = 1
-    polish: Annotated[bool, Option(help="The front, or its picks, go on by gradient.")] = True
+    polish: Annotated[
+        bool, Option(help="Improve the front, or its picks, along gradients after the search.")
+    ] = True
     begin: Annotated[
         Path | None,
-        Option(help="Designs to begin with: saved by the interactive page, or a table of them."),
+        Option(help="Designs to begin with: a file that the interactive page saved, or a table."),
     ] = None
 
     def verified(

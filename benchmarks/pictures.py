@@ -1,10 +1,15 @@
-"""Make the pictures of README and guides again, and the run in results/: ``make pictures``."""
+"""Make again what README and guides show: ``make pictures``.
+
+Pictures, the run in results/, and what pages say that guides quote: ``tests/golden/quoted``.
+"""
 
 import contextlib
+import re
 import shutil
 import sys
 import tempfile
 import time
+from html import unescape
 from pathlib import Path
 
 from deboom.bench.compressor_writer import write_operating_test
@@ -21,6 +26,7 @@ from browser_samples import Browser  # noqa: E402
 PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"
 PARTS = ROOT / "docs" / "guides" / "delivered_parts.csv"
 EXAMPLE = ROOT / "results" / "u06_sensitivity" / "example"
+QUOTED = ROOT / "tests" / "golden" / "quoted"
 SCREEN, A4 = (1440, 900), (820, 1160)
 """Width and height of photographed pages [px]."""
 PAINTED_S = 5.0
@@ -34,6 +40,7 @@ def main() -> None:
     target.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
         folder = Path("results")  # commands on the pages name it, as a user's do
+        _finished_run(folder)
         run = run_study(load_study(ROOT / "studies" / "u06_platform.py"), folder, {"seed": 1})
         for stem in PICTURES:
             _keep(run, stem, target, stem)
@@ -41,14 +48,21 @@ def main() -> None:
         box = run_study(load_study(ROOT / "studies/solution_box.py"), folder, {"front": front})
         _keep(box, "box", target, "acceptance_box")
         _first_pages(front, box, target)
+        _quote("solution_box", box / "report.html", box / "summary.json")
+        chosen = {"from_run": front}
+        tolerances = run_study(load_study(ROOT / "studies/tolerance_allocation.py"), folder, chosen)
+        sharing = run_study(load_study(ROOT / "studies/commonality.py"), folder, {})
+        files = SheetFiles(box=box, tolerances=tolerances, sharing=sharing)
+        sheets = supplier_sheets(front, mount="TSM", files=files)
+        _quote("supplier_sheet", next(p for p in sheets.files if p.suffix == ".html"))
         given = {"box": box, "parts": PARTS, "platform": PLATFORM, "uncertainty": 0.02}
         delivery = run_study(load_study(ROOT / "studies" / "accept.py"), folder, given)
         _keep(delivery, "parts", target, "delivery")
+        _quote("accept", delivery / "supplier.html", delivery / "report.html")
         test = write_operating_test(folder / "compressor", 1)
         study = load_study(ROOT / "studies" / "unbalance.py")
         unbalance = run_study(study, folder, {"folder": test})
         _keep(unbalance, "figure_61a_static", target, "unbalance")
-        _finished_run(folder)
 
 
 def _first_pages(front: Path, box: Path, target: Path) -> None:
@@ -80,6 +94,17 @@ def _finished_run(folder: Path) -> None:
         shutil.rmtree(EXAMPLE)
     shutil.copytree(run, EXAMPLE)
     print(EXAMPLE)
+
+
+def _quote(name: str, *files: Path) -> None:
+    """Keep the text of pages that a guide quotes; `tests/unit/test_guides.py` holds the guide."""
+    texts = []
+    for path in files:
+        text = path.read_text(encoding="utf-8").partition('<h2 id="provenance">')[0]
+        text = unescape(re.sub(r"(?s)<(script|style)\b.*?</\1>|<[^>]*>", "\n", text))
+        texts += [" ".join(line.split()) for line in text.split("\n") if line.strip()]
+    QUOTED.mkdir(exist_ok=True)
+    (QUOTED / f"{name}.txt").write_text("\n".join(texts) + "\n", encoding="utf-8")
 
 
 def _keep(run: Path, stem: str, target: Path, name: str) -> None:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Annotated, Any
 
 from typer import Option
@@ -40,6 +41,7 @@ from deboom.runs.platform_options import MotionOptions, PlatformOptions, in_all_
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import ThoroughSearchOptions
+from deboom.runs.second_process import begun
 from deboom.vehicles.design_factor import factor_space
 from deboom.vehicles.platform import Runs
 
@@ -118,8 +120,32 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     """Try, correlate, search, verify, analyse and report."""
     runs, platform = model.runs, model.runs.platform
     index: Any = model.robust.evaluate
+    half, spread = options.half_width, options.tolerance
+    plan = SensitivityPlan(
+        analysis=Analysis.design,
+        half_width=half,
+        beside=0.20,
+        tolerance=spread,
+        n_base=options.n,
+        n_resamples=options.resamples,
+        seed=options.seed,
+    )
+    second = context.second if context is not None else None
+    # the second process compiles slopes, ranks stiffnesses and draws clouds while this one searches
+    if options.search.polish:
+        begun(second, index.compile_slopes)
+    ranking = begun(second, partial(sensitivity, platform, index, plan))
+
+    parts: dict[str, Report] = {}
     fleet = fleet_doe(model, options)
     vehicles = within_group(fleet, runs, index)
+    fleet_names = fleet.names if fleet is not None else ()
+    if fleet is not None:
+        parts["DOE and groups"] = correlation_report(fleet)
+    if vehicles is not None and vehicles.names != fleet_names:
+        parts["Vehicles"] = correlation_report(vehicles)
+    if second is not None:
+        second.draw(picture for part in parts.values() for picture in part.every_picture)
     front = options.search.verified(
         model.robust,
         seed=options.seed,
@@ -133,25 +159,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         every=in_all_load_cases(options.platform, runs, options.motion),
         run=run_name(context, "u06_platform"),
     )
-    half, spread = options.half_width, options.tolerance
-    plan = SensitivityPlan(
-        analysis=Analysis.design,
-        half_width=half,
-        beside=0.20,
-        tolerance=spread,
-        n_base=options.n,
-        n_resamples=options.resamples,
-        seed=options.seed,
-    )
     with progress_bar("sensitivity") as bar:
-        ranked = sensitivity(platform, index, plan, bar)
-
-    parts: dict[str, Report] = {}
-    fleet_names = fleet.names if fleet is not None else ()
-    if fleet is not None:
-        parts["DOE and groups"] = correlation_report(fleet)
-    if vehicles is not None and vehicles.names != fleet_names:
-        parts["Vehicles"] = correlation_report(vehicles)
+        ranked = ranking.result(partial(sensitivity, platform, index, plan, bar))
     parts["Front"] = front_report(view)
     parts["Sensitivity"] = sensitivity_report(ranked)
     names = _names(parts)

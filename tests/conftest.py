@@ -12,7 +12,7 @@ from browser_samples import Browser
 from deboom.files import platform
 from deboom.mounts import characterise
 from deboom.report import Report, report
-from deboom.runs import runner
+from deboom.runs import runner, second_process
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles import booming_model
 from pinned_pages import described
@@ -34,6 +34,14 @@ def shipped_files_once():
         )
         record = cache(runner.environment_record)
         patch.setattr(runner, "environment_record", lambda packages: deepcopy(record(packages)))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def first_process_alone():
+    # a second one of each run takes longer to start than a test's study, and would draw for real
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(second_process, "cpu_count", lambda: 1)
         yield
 
 

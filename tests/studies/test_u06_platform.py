@@ -9,6 +9,7 @@ import pytest
 
 from deboom.files.run_folder import read_run
 from deboom.pages import correlation
+from deboom.runs import second_process
 from deboom.runs.platform_options import PlatformOptions
 from deboom.runs.rebuilt import rebuilt_model
 from deboom.runs.runner import load_study, run_study
@@ -57,6 +58,19 @@ def test_the_front_is_that_of_the_front_study(finished, tmp_path):
     designs = read_run(front).front.designs
     searched = pd.read_csv(front / "front.csv")["SPLV mean sum in search [dB(A)]"]
     assert model(designs).mean_sum.tolist() == searched.tolist()
+
+
+def test_two_processes_write_the_same_tables(finished, tmp_path, monkeypatch):
+    monkeypatch.setattr(second_process, "cpu_count", lambda: 2)
+    # pictures are described here; those of two processes are held in the tests of the second one
+    monkeypatch.setattr(second_process.SecondProcess, "draw", lambda *_: None)
+    folder = run_study(STUDY, tmp_path, BUDGET)
+    names = {
+        path.relative_to(folder) for path in folder.rglob("*") if path.suffix in (".csv", ".gz")
+    }
+    assert len(names) > 20
+    for name in names:
+        assert (folder / name).read_bytes() == (finished / name).read_bytes(), name
 
 
 def test_the_vehicles_of_the_group_hear_the_same_model_as_the_fleet(finished, runs):

@@ -26,6 +26,11 @@ from deboom.files.time_data import WavChannel
 from deboom.files.uff import UffFunction, write_sets, write_uff
 from deboom.files.units import parse_unit
 from deboom.mounts.response_surface import KelvinVoigtModel, StiffnessSamples
+from deboom.pages import live_model, sensitivity
+from deboom.pages.front import PANELS
+from deboom.plot import levels
+from deboom.report import interactive, live
+from deboom.report.report import MOST_ROWS
 from deboom.runs.runner import load_study
 
 ROOT = Path(__file__).parents[2]
@@ -435,6 +440,29 @@ def test_a_figure_of_a_guide_is_that_of_the_run_it_quotes(pattern, key):
     (said,) = re.search(pattern, " ".join(TEXT.split())).groups()
     digits = len(said.partition(".")[2])
     assert said == (value if isinstance(value, str) else f"{value:.{digits}f}")
+
+
+LIMITS = [
+    ("large-fleets", r"\| picture \| up to (\d+) vehicles", PANELS),
+    ("large-fleets", r"all \| the (\d+) that gain least", PANELS),
+    ("large-fleets", r"the (\d+) vehicles that a stiffness changes most", PANELS),
+    ("large-fleets", r"(\d+) to a row, at most", PANELS),
+    ("large-fleets", r"to a row, at most (\d+)", sensitivity.CELLS),
+    ("large-fleets", r"the same within (\d+) inches", levels._TALLEST),
+    ("large-fleets", r"more than (\d+ 000) rows", MOST_ROWS),
+    ("large-fleets", r"stays below (\d+) MB", interactive.MAX_BYTES / 1e6),
+    ("large-fleets", r"front and (\d \d+) evaluated designs", interactive._MOST_EVALUATED),
+    ("large-fleets", r"model in the page may take (\d+) MB", live.MAX_MODEL_BYTES / 1e6),
+    ("live-page", r"model of more than (\d+) MB", live.MAX_MODEL_BYTES / 1e6),
+    ("live-page", r"at most (\d+) draws", live_model.MOST_DRAWS),
+]
+"""Guide, its figure, and the constant of the code that it tells of."""
+
+
+@pytest.mark.parametrize(("guide", "pattern", "constant"), LIMITS)
+def test_a_limit_in_a_guide_is_that_of_the_code(guide, pattern, constant):
+    (said,) = re.search(pattern, " ".join(text_of(guide).split())).groups()
+    assert float(said.replace(" ", "")) == constant
 
 
 def test_the_sheet_of_the_guide_has_the_state_and_stiffness_of_the_pinned_one():

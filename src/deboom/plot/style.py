@@ -197,16 +197,23 @@ def as_png(drawing: Drawing) -> bytes:
     if isinstance(drawing, bytes):
         return drawing
     from matplotlib import style
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from PIL import Image
 
     figure = drawing if isinstance(drawing, Figure) else figure_of(drawing)
-    drawn, flat = io.BytesIO(), io.BytesIO()
+    flat = io.BytesIO()
     with style.context(dict(FIGURE_STYLE), after_reset=True):
-        figure.savefig(drawn, format="png", dpi=DPI, metadata={"Software": None})
+        figure.set_dpi(DPI)
+        canvas = FigureCanvasAgg(figure)
+        # once: savefig lays a figure out while it draws all of it into nothing
+        if (engine := figure.get_layout_engine()) is not None:
+            engine.execute(figure)
+            figure.set_layout_engine("none")
+        canvas.draw()
+        pixels = np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
     close(figure)
-    with Image.open(drawn) as picture:
-        _with_palette(picture.convert("RGB")).save(flat, format="PNG", dpi=(DPI, DPI))
+    _with_palette(Image.fromarray(pixels)).save(flat, format="PNG", dpi=(DPI, DPI))
     return flat.getvalue()
 
 
@@ -224,9 +231,10 @@ def _with_palette(picture: Image) -> Image:
     centres = np.array(flat.getpalette(), dtype=float).reshape(-1, 3)
     four_bytes = np.frombuffer(picture.tobytes("raw", "BGRX"), dtype="<u4")
     packed = four_bytes.reshape(picture.height, picture.width) & 0xFFFFFF
-    place = np.zeros(2**24, dtype=np.uint32)
-    place[packed] = 1
-    colours = np.flatnonzero(place)
+    used = np.zeros(2**24, dtype=bool)
+    used[packed] = True
+    colours = np.flatnonzero(used)
+    place = np.empty(2**24, dtype=np.uint32)
     place[colours] = np.arange(len(colours))
     shown = place[packed]
     count = np.bincount(shown.ravel())
@@ -235,8 +243,8 @@ def _with_palette(picture: Image) -> Image:
         nearest = cKDTree(centres).query(seen)[1]
         weight = np.bincount(nearest, count, len(centres))
         sums = [np.bincount(nearest, count * part, len(centres)) for part in seen.T]
-        used = weight > 0
-        centres[used] = np.transpose(sums)[used] / weight[used, np.newaxis]
+        near = weight > 0
+        centres[near] = np.transpose(sums)[near] / weight[near, np.newaxis]
     centres = np.round(centres)
     number = np.asarray(cKDTree(centres).query(seen)[1], dtype=np.uint8)
     drawn = Image.frombytes("P", picture.size, number[shown].tobytes())

@@ -63,6 +63,10 @@ class Picture:
         """Why it could not be drawn; empty if it could."""
         return self._drawn[1]
 
+    def keep(self, png: bytes, failure: str = "") -> None:
+        """Keep what another process has drawn, or why it could not: as `png` and `failure` say."""
+        self.__dict__["_drawn"] = png, failure
+
     @cached_property
     def _drawn(self) -> tuple[bytes, str]:
         if isinstance(self.drawing, bytes):
@@ -186,14 +190,19 @@ class Report:
         return {stem: picture.png for stem, picture in self.pictures.items() if picture.png}
 
     @property
+    def every_picture(self) -> list[Picture]:
+        """Pictures that are kept, then those that the page alone shows."""
+        parts: list[Panel | Section] = [*self.panels, *self.sections]
+        shown = [b for part in parts for b in part.blocks if isinstance(b, Picture)]
+        return list(dict.fromkeys((*self.pictures.values(), *shown)))
+
+    @property
     def failures(self) -> list[str]:
         """What could not be drawn, and why."""
         names = {picture: stem for stem, picture in self.pictures.items()}
-        parts: list[Panel | Section] = [*self.panels, *self.sections]
-        shown = [b for part in parts for b in part.blocks if isinstance(b, Picture)]
         return [
             f"the figure {names.get(p, p.caption)} could not be drawn ({p.failure})"
-            for p in dict.fromkeys((*names, *shown))
+            for p in self.every_picture
             if p.failure
         ]
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from deboom.files.run_folder import LATEST, UNFINISHED, CheckpointFolder, Run, hash_files
+from deboom.runs.second_process import SecondProcess
 
 
 @dataclass(frozen=True)
@@ -18,11 +19,13 @@ class RunContext:
     - `run`: its folder.
     - `relative_to`: input files are named by their path from here.
     - `command`: that makes this run again.
+    - `second`: a process for what can be done beside the study.
     """
 
     run: Run
     relative_to: Path
     command: str = ""
+    second: SecondProcess | None = None
 
     def checkpoint(self, inputs: Iterable[Path], name: str = "search") -> CheckpointFolder:
         """Return where a search of this run is kept.

@@ -59,6 +59,7 @@ from deboom.runs.options import bands_as_declared, expanded, filled, is_lone_fla
 from deboom.runs.overview import command_of, refresh_overview
 from deboom.runs.progress import assumptions, errors_as_sentences
 from deboom.runs.result import RunContext
+from deboom.runs.second_process import SecondProcess
 
 PACKAGES = (
     "deboom",
@@ -417,11 +418,15 @@ def _carry_out(
     begin = time.perf_counter()
     here = study.inputs_from(arguments)
     try:
-        with held(run.folder), threadpool_limits(BLAS_THREADS, "blas"):
-            context = RunContext(run, relative_to=here, command=command_of(record))
+        with (
+            held(run.folder),
+            threadpool_limits(BLAS_THREADS, "blas"),
+            SecondProcess() as second,
+        ):
+            context = RunContext(run, here, command_of(record), second)
             report = study.report(arguments, context)
             hashes = hash_files(report.inputs, relative_to=here)
-            _save(run, report, record, hashes, begin)
+            _save(run, report, record, hashes, begin, second)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(_kept(study, run)) from None
     folder = finish_run(run)
@@ -468,7 +473,12 @@ def _tell_failures(report: Report, folder: Path) -> None:
 
 
 def _save(
-    run: Run, report: Report, record: Mapping[str, Any], inputs: Mapping[str, str], begin: float
+    run: Run,
+    report: Report,
+    record: Mapping[str, Any],
+    inputs: Mapping[str, str],
+    begin: float,
+    second: SecondProcess,
 ) -> None:
     """Save all that a report holds: results, then pictures, and last the record with all hashes.
 
@@ -477,6 +487,7 @@ def _save(
     results = report.results()
     for name, content in results.items():
         run.save_bytes(name, content)
+    second.drawn(report.every_picture)
     figures = {f"figures/{stem}.png": png for stem, png in report.figures.items()}
     for name, content in figures.items():
         run.save_bytes(name, content)

@@ -209,6 +209,11 @@ class BoomingModel:
 
         return total, pull_back
 
+    def compile_slopes(self) -> None:
+        """Compile what `linearised` needs, in a process beside one that tries designs first."""
+        for summed in self._level_sums:
+            summed.compile_slopes()
+
     def pressure(self, designs: npt.ArrayLike, load_case: str | None = None) -> ComplexArray:
         """Return the pressure at the ears in one load case.
 

@@ -116,6 +116,21 @@ class LevelSum:
             return self._in_chunks(designs, _slope_lanes(designs)), pull_back
         return self(designs), pull_back
 
+    def compile_slopes(self) -> None:
+        """Compile the loops that `linearised` runs for coupled motion, few designs before many.
+
+        numba keeps them on disk, where another process reads them.
+        """
+        if self.tables is None or isinstance(
+            self.case, PathContributions | FlexibleMotion | AmplitudeMotion
+        ):
+            return
+        from deboom.vehicles import compiled_loops
+
+        for n in (1, compiled_loops.FEW_LANES + 1):
+            designs = np.ones((n, len(self.case.variable_names)))
+            self._coupled_slopes(designs, np.zeros((1, n, self.scale_level.size)))
+
     def _coupled_slopes(self, designs: RealArray, weights: RealArray) -> RealArray:
         """Return ``Σ_fv w_onv Re(∂p/∂x_k / p)`` of coupled motion, shape (o, n, k)."""
         from deboom.vehicles import compiled_loops

@@ -16,6 +16,7 @@ from itertools import zip_longest
 from pathlib import Path
 from zlib import crc32
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
@@ -67,6 +68,8 @@ NOT_DETERMINED_TABLE = re.compile(r"(?s)<table(?:(?!</table>).)*?at its bound.*?
 """The same numbers on the page."""
 TICKS = ("major_formatter", "major_locator", "minor_locator", "layout_engine")
 """What an artist of any kind may be asked for: how it looks, and of which type its ticks are."""
+LOOKS_PINNED = mpl.__version_info__ >= (3, 11)
+"""Whether looks are compared: artists of older versions answer other defaults for them."""
 NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 LIST = re.compile(r"\[[-+\d.,e\s]+\]")
 """Numbers of one list in JSON; a small one is known to the digits of its large neighbours."""
@@ -229,6 +232,8 @@ def _columns(table, moving):
 
 
 def _alike(line, pinned):
+    if not LOOKS_PINNED and line.startswith("looks: ") and pinned.startswith("looks: "):
+        return True
     words = NUMBER.sub("#", line) == NUMBER.sub("#", pinned)
     return words and all(map(_equal, NUMBER.findall(line), NUMBER.findall(pinned)))
 

@@ -68,8 +68,8 @@ NOT_DETERMINED_TABLE = re.compile(r"(?s)<table(?:(?!</table>).)*?at its bound.*?
 """The same numbers on the page."""
 TICKS = ("major_formatter", "major_locator", "minor_locator", "layout_engine")
 """What an artist of any kind may be asked for: how it looks, and of which type its ticks are."""
-LOOKS_PINNED = mpl.__version_info__ >= (3, 11)
-"""Whether looks are compared: artists of older versions answer other defaults for them."""
+CHOSEN_BY_MATPLOTLIB = re.compile(r"looks: |ticks: |[\d.]+ in x ")
+"""Begins of lines that matplotlib before 3.11 says otherwise: other defaults, ticks and margins."""
 NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 LIST = re.compile(r"\[[-+\d.,e\s]+\]")
 """Numbers of one list in JSON; a small one is known to the digits of its large neighbours."""
@@ -232,8 +232,8 @@ def _columns(table, moving):
 
 
 def _alike(line, pinned):
-    if not LOOKS_PINNED and line.startswith("looks: ") and pinned.startswith("looks: "):
-        return True
+    if mpl.__version_info__ < (3, 11) and CHOSEN_BY_MATPLOTLIB.match(line):
+        return CHOSEN_BY_MATPLOTLIB.match(pinned) is not None
     words = NUMBER.sub("#", line) == NUMBER.sub("#", pinned)
     return words and all(map(_equal, NUMBER.findall(line), NUMBER.findall(pinned)))
 

@@ -22,7 +22,8 @@ def run(torque, angle, seed, cross=0.0, about="y", along=ALONG):
     terms = generator.normal(size=(4, 3)) + 1j * generator.normal(size=(4, 3))
     waves = [np.ones_like(place), np.exp(3j * place), np.exp(-5j * place), np.exp(8j * place)]
     moved = 1e-4 * sum(wave * term for wave, term in zip(waves, terms, strict=True))
-    turn = Rotation.from_euler(about, [angle] * len(about), degrees=True).as_matrix()
+    angles = [angle if axis in about else 0.0 for axis in "xyz"]
+    turn = Rotation.from_euler("xyz", angles, degrees=True).as_matrix()
     stiffness = turn @ along @ turn.T * (1 + 2e-3 * torque)
     skewed = np.array([[0, cross, 0], [-cross, 0, cross], [0, -cross, 0]])
     force = moved @ (stiffness + skewed).T

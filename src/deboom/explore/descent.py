@@ -26,7 +26,7 @@ from deboom.common import Progress
 from deboom.explore.front import nondominated
 from deboom.explore.moments import Objective, Statistic
 from deboom.explore.robust import DesignLimits, Robust
-from deboom.explore.scatter import ToleranceSample, ToleranceSampler, made_terms
+from deboom.explore.scatter import ToleranceSample, ToleranceSampler
 from deboom.explore.space import DesignSpace, generator
 
 FEW_DRAWS = 16
@@ -43,9 +43,14 @@ REFINEMENTS = 80
 """Most targets that are added where the net loses most."""
 ENOUGH = 5e-4
 """Hypervolume, as a share of the box of the front, that the net may still lose."""
-FILL = 2
+FILL = 4
 """Designs evaluated between two neighbours of one branch: there a straight line errs by the square
 of its length."""
+STEEP = 20.0
+"""Factor on what a descent to a target minimises. SLSQP begins with the curvature 1, which is far
+too much for shares of a box: the larger the factor, the longer the first step."""
+ROUGH, FINE = 1e-3, 1e-5
+"""Share of the box of the front below which descents to a target end, with few and all draws."""
 
 WORSE = 10.0
 """Scaled distance of a design that fails beyond the worst objectives so far: a descent steps back,
@@ -183,7 +188,7 @@ def objectives_and_gradients(
 
     Notes
     -----
-    With draws ``x_t = x m_t + a_t`` (`made_terms`; ``m_t = 1 + σ z_t`` of a relative tolerance)
+    With draws ``x_t = x m_t + a_t`` (`Robust.made_terms`; ``m_t = 1 + σ z_t`` of a relative tolerance)
     and responses ``y_tr``, ``∂/∂x_k = Σ_t m_tk Σ_r w_tr ∂y_tr/∂x_k``, where w are the derivatives
     of the objective by the responses: ``1/n`` for the mean, ``(y_tr − mean_r) / (σ_r (n − 1))`` for
     the sigma of plain moments.
@@ -205,7 +210,7 @@ def _linearised(
     need them everywhere.
     """
     model = cast(Differentiable, robust.evaluate)
-    made_per_design, added = made_terms(robust.space, robust.scatter(design))
+    made_per_design, added = robust.made_terms(design)
     values, pull_back = model.linearised(design * made_per_design + added)
     moments = robust.prepared(design).derivatives(values)
     of_statistic = {
@@ -298,7 +303,7 @@ class _Landscape:
 
     def at(self, place: RealArray) -> RealArray:
         """Return the objectives (2,) at a scaled design (k,)."""
-        if not self.places or not np.array_equal(self.places[-1], place):
+        if not self.places or self.places[-1].tobytes() != place.tobytes():
             space = self.problem.robust.space
             design = space.lower + place * (space.upper - space.lower)
             value, gradients = self.problem(design)
@@ -366,7 +371,7 @@ class _Landscape:
     ) -> _Point:
         """Return where a descent towards a target ends: min t with ``f ≤ target + t box``."""
         n = len(start)
-        slope = np.r_[np.zeros(n), 1.0]
+        slope = np.r_[np.zeros(n), STEEP]
         constraint: dict[str, Any] = {
             "type": "ineq",
             "fun": lambda y: y[-1] - (self.at(y[:-1]) - target) / box,
@@ -376,13 +381,13 @@ class _Landscape:
         }
         first = np.max((self.at(start) - target) / box)
         end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
-            lambda y: y[-1],
+            lambda y: STEEP * y[-1],
             np.r_[start, first],
             jac=lambda _: slope,
             method="SLSQP",
             constraints=[constraint, *self._kept(n, goal=goal)],
             bounds=[(0.0, 1.0)] * n + [(None, None)],
-            options={"maxiter": steps, "ftol": goal},
+            options={"maxiter": steps, "ftol": STEEP * goal},
         )
         return self.point(end.x[:-1])
 
@@ -561,7 +566,7 @@ def _branches(
     for share in (np.arange(TARGETS) + 0.5) / TARGETS:
         target = line.target(share)
         starts = [place() for _ in range(STARTS)] + _at_share(guides, float(share))
-        points = [few.reach(start, target, line.box, goal=1e-4, steps=20) for start in starts]
+        points = [few.reach(start, target, line.box, goal=ROUGH, steps=20) for start in starts]
         points.sort(key=lambda point: line.excess(point, share))
         lowest = line.excess(points[0], share)
         branches[float(share)] = [
@@ -606,7 +611,7 @@ class _Net:
         """Bring the point of a target as far down as any start leads."""
         target, box = self.line.target(share), self.line.box
         for start in starts:
-            point = self.landscape.reach(start, target, box, goal=1e-6, steps=40)
+            point = self.landscape.reach(start, target, box, goal=FINE, steps=40)
             excess = self.line.excess(point, share)
             if excess < self.reached.get(share, np.inf) - 1e-9:
                 self.points[share], self.reached[share] = point, excess

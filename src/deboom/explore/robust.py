@@ -413,9 +413,23 @@ class Robust:
         normals = self.sample.normals(design)
         return normals if self.structure is None else self.structure.scatter(normals)
 
+    def made_terms(self, design: RealArray) -> tuple[RealArray, RealArray]:
+        """Return what the scatter multiplies one design (k,) by, and what it adds to it.
+
+        - returns (n_samples, k) twice: see `deboom.explore.scatter.made_terms`.
+        """
+        return self._shared_terms or made_terms(self.space, self.scatter(design))
+
+    @cached_property
+    def _shared_terms(self) -> tuple[RealArray, RealArray] | None:
+        """The terms, computed once for draws that all designs share."""
+        if isinstance(self.sample, ToleranceSample):
+            return made_terms(self.space, self.scatter(self.space.nominal))
+        return None
+
     def made(self, design: RealArray) -> RealArray:
         """Return one design (k,) as it is made, draw by draw, shape (n_samples, k)."""
-        factor, added = made_terms(self.space, self.scatter(design))
+        factor, added = self.made_terms(design)
         return np.asarray(design * factor + added)
 
     def made_responses(self, design: RealArray) -> tuple[RealArray, RealArray]:

@@ -188,10 +188,10 @@ def objectives_and_gradients(
 
     Notes
     -----
-    With draws ``x_t = x m_t + a_t`` (`Robust.made_terms`; ``m_t = 1 + σ z_t`` of a relative tolerance)
-    and responses ``y_tr``, ``∂/∂x_k = Σ_t m_tk Σ_r w_tr ∂y_tr/∂x_k``, where w are the derivatives
-    of the objective by the responses: ``1/n`` for the mean, ``(y_tr − mean_r) / (σ_r (n − 1))`` for
-    the sigma of plain moments.
+    With draws ``x_t = x m_t + a_t`` (`Robust.made_terms`; ``m_t = 1 + σ z_t`` of a relative
+    tolerance) and responses ``y_tr``, ``∂/∂x_k = Σ_t m_tk Σ_r w_tr ∂y_tr/∂x_k``, where w are the
+    derivatives of the objective by the responses: ``1/n`` for the mean, ``(y_tr − mean_r) / (σ_r
+    (n − 1))`` for the sigma of plain moments.
     """
     numbers = _minimised(robust)
     if each_mean:

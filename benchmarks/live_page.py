@@ -27,7 +27,7 @@ from deboom.pages.live_model import LiveCase, live_model
 from deboom.report.interactive import render_interactive
 from deboom.vehicles.booming_model import BoomingModel
 
-sys.path += [str(Path(__file__).parents[1] / "tests" / room) for room in ("", "studies")]
+sys.path += [str(Path(__file__).parents[1] / "tests" / folder) for folder in ("", "studies")]
 
 from foreign_platform_samples import write_foreign_platform
 from interactive_front_samples import live_front

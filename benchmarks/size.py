@@ -3,13 +3,15 @@
 Code lines hold a token that is neither comment nor docstring; blank lines count nowhere. Tests
 count to the package that their file name has first; the others are tests of the whole. No limit of
 lines steers the code. The counts below the table are meant to fall: identifiers that name nothing,
-starred tuples, and long functions that compute, word and decide at once.
+words of a house, starred tuples, long functions that compute, word and decide at once, and pinned
+lines.
 """
 
 from __future__ import annotations
 
 import ast
 import io
+import re
 import tokenize
 from collections import Counter, defaultdict
 from collections.abc import Iterator
@@ -17,10 +19,18 @@ from fnmatch import fnmatch
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+PINS = ROOT / "tests" / "golden" / "pages"
 SOURCES = ("src", "studies")
 TOPS = (*SOURCES, "tests", "benchmarks")
 COLUMNS = ("files", "code", "docstrings")
 EMPTY_NAMES = {"found", "asked", "known", "own", "one", "there"}
+HOUSE = re.compile(r"\b(?:houses?|rooms?|doors?|faces?|walk(?:s|ed|ing)?)\b", re.IGNORECASE)
+PLAIN_SENSE = re.compile(
+    r"room (?:for|is left|to a limit|below|between)|(?:no|has|have|is|with|quiet) room|`room`|"
+    r"face shares?|(?:mounting|upper|lower|each) face|(?:front|rear|of) doors|doors and seals",
+    re.IGNORECASE,
+)
+"""Senses that stay: space that is left, faces of a body or box, doors of a vehicle."""
 LONG_FUNCTION = 60  # code lines, without docstring
 LONG_ON_PURPOSE = {
     "compiled loops: a call would cost more than it says": ("compiled_loops.py: *",),
@@ -39,6 +49,7 @@ LONG_ON_PURPOSE = {
         "modal.py: stabilisation_chart",
     ),
     "one computation whose steps share their arrays": (
+        "numbers.py: _state",
         "operating_run.py: drive",
         "hose_identification.py: _fit",
         "identify.py: identify",
@@ -161,6 +172,24 @@ def empty_names() -> Counter[str]:
     )
 
 
+def texts() -> Iterator[tuple[Path, str]]:
+    """Yield what people read: documents, docstrings, sentences of the code, and pages."""
+    documents = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+    for path in sorted([*documents, *(ROOT / "src").rglob("*.html")]):
+        yield path.relative_to(ROOT), path.read_text(encoding="utf-8")
+    for path, tree in modules(*SOURCES):
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                yield path, node.value
+
+
+def house_words() -> Iterator[str]:
+    """Yield file and word of each word of a house that has no plain sense."""
+    for path, text in texts():
+        for word in HOUSE.findall(PLAIN_SENSE.sub("", " ".join(text.split()))):
+            yield f"{path}: {word}"
+
+
 def main() -> None:
     """Print the table of sizes and the counts."""
     packages, tests = sizes()
@@ -174,6 +203,8 @@ def main() -> None:
     print("src and studies: " + ", ".join(f"{column} {size}" for column, size in total.items()))
     names = empty_names()
     print("names that name nothing: " + (", ".join(f"{n} {c}" for n, c in names.items()) or "none"))
+    words = list(house_words())
+    print("words of a house: " + (", ".join(words) or "none"))
     print(f"starred tuples: {sum(starred_tuples(tree) for _, tree in modules(*TOPS))}")
     whole = [name for names in LONG_ON_PURPOSE.values() for name in names]
     divide = []
@@ -182,7 +213,9 @@ def main() -> None:
             if not any(fnmatch(f"{path.name}: {name}", pattern) for pattern in whole):
                 divide.append(f"  {size:4} {path}: {name}")
     print(f"functions beyond {LONG_FUNCTION} lines that are not long on purpose: {len(divide)}")
-    print("\n".join(divide))
+    print(*divide, sep="\n", end="\n" if divide else "")
+    pins = [len(path.read_text("utf-8").splitlines()) for path in PINS.glob("*.txt")]
+    print(f"pinned lines of {len(pins)} runs, pages and sets of pictures: {sum(pins)}")
 
 
 if __name__ == "__main__":

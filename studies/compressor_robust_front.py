@@ -662,27 +662,37 @@ def _choice(report: Report, view: MountFront, options: Options) -> None:
         "Best-mean: stiffness factors within their bounds. The thin bars are ranges within which "
         f"the mean level stays within {NOTICEABLE} dB.",
     )
+    report.table(
+        "picks",
+        _picks(view),
+        "Named designs, verified. Travel and modes are with the stiffness at "
+        f"{view.index.frequency[0]:g} Hz, more than at rest: compare them, do not take them for "
+        "a static drawing.",
+    )
+    caption = f"Dynamic stiffness |K| at {line:g} Hz, mean over what a variable stands for."
+    report.table("stiffness", _stiffness(view), caption)
+
+
+def _picks(view: MountFront) -> pd.DataFrame:
+    """List the named designs with their levels, travel and modes."""
     rows = {name: (view.front.values, row) for name, row in view.front.picks.items()}
     picks = view.front.compared({"today's": (view.front.baseline, 0), **rows})
     designs = np.stack(list(view.front.named_designs.values()))
     modes = view.model.statics.modes(designs)
     picks["travel under 1 g [mm]"] = view.model.statics(designs)[:, 0]
     picks["lowest mode [Hz]"], picks["highest mode [Hz]"] = modes[:, 0], modes[:, -1]
-    report.table(
-        "picks",
-        picks,
-        "Named designs, verified. Travel and modes are with the stiffness at "
-        f"{view.index.frequency[0]:g} Hz, more than at rest: compare them, do not take them for "
-        "a static drawing.",
-    )
+    return picks
+
+
+def _stiffness(view: MountFront) -> pd.DataFrame:
+    """List the stiffness of each named design, and the range around best-mean."""
+    nominal = view.stiffness(view.front.robust.space.nominal)
     table: dict[str, object] = {"stiffness": list(view.names)}
     for name, design in view.front.named_designs.items():
         table[f"{name} [N/mm]"] = view.stiffness(design)
     for end, bound in zip(("from", "to"), view.indifference.T, strict=True):
-        table[f"{Pick.best_mean} {end} [N/mm]"] = view.stiffness(space.nominal) * bound
-    stiffness = pd.DataFrame(table)
-    caption = f"Dynamic stiffness |K| at {line:g} Hz, mean over what a variable stands for."
-    report.table("stiffness", stiffness, caption)
+        table[f"{Pick.best_mean} {end} [N/mm]"] = nominal * bound
+    return pd.DataFrame(table)
 
 
 def _cars(report: Report, view: MountFront) -> None:

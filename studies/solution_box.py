@@ -587,11 +587,24 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
         ),
         "Interval of every direction, with today's stiffness and its ends beside it.",
     )
+    table = _box_table(study)
+    report.table(
+        "box",
+        table,
+        "Directions that a vehicle depends on; the others have no requirement.",
+        {"from [N/mm]": 0, "to [N/mm]": 0},
+        shown=table[study.effective].filter(regex="^(variable|Pareto|from|to |half|lower|upper)"),
+    )
+
+
+def _box_table(study: BoxStudy) -> pd.DataFrame:
+    """List the interval of every direction, what sets it, and what its ends are worth."""
+    question, box, plain = study.question, study.box, study.plain
     reference = study.reference_stiffness * N_PER_MM
     lower, upper = ~study.on_bounds
     by_limit = np.select([lower & upper, lower, upper], ["from and to", "from", "to"], "neither")
     by_limit = np.where(study.effective, by_limit, "neither")
-    table = pd.DataFrame(
+    return pd.DataFrame(
         {
             "variable": list(study.variables),
             "requirement": np.where(
@@ -611,13 +624,6 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
             "lower end: parts that keep the limit [%]": PERCENT * study.faces[0],
             "upper end: parts that keep the limit [%]": PERCENT * study.faces[1],
         }
-    )
-    report.table(
-        "box",
-        table,
-        "Directions that a vehicle depends on; the others have no requirement.",
-        {"from [N/mm]": 0, "to [N/mm]": 0},
-        shown=table[study.effective].filter(regex="^(variable|Pareto|from|to |half|lower|upper)"),
     )
 
 

@@ -117,7 +117,7 @@ def test_a_click_on_a_brushed_axis_and_escape_take_the_brush_off(page):
 def test_keys_walk_through_the_selection_and_pin(page):
     page.focus("#scatter svg")
     page.key("ArrowRight", times=3)
-    assert page.text("#walk") == "design 3: mean level 52.00 dB(A), σ 0.90 dB"
+    assert page.text("#pointed") == "design 3: mean level 52.00 dB(A), σ 0.90 dB"
     page.key("Enter")
     page.key("End")
     page.key("ArrowLeft")

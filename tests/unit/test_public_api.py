@@ -48,7 +48,7 @@ def test_every_page_has_shapes_units_errors_and_an_example(name):
 
 
 @pytest.mark.parametrize("name", EXPLAINED)
-def test_examples_of_the_face_hold(name, capsys):
+def test_examples_of_the_public_names_hold(name, capsys):
     finder, runner = doctest.DocTestFinder(recurse=False), doctest.DocTestRunner()
     for example in finder.find(EXPLAINED[name], name):
         runner.run(example)

@@ -118,16 +118,13 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
     _check_named(path, tables[0], "sensor", list(sensors), measured)
     _check_named(path, tables[1], "impact", list(impacts), struck)
     beside = [
-        *(
-            (tables[0], point.name, n, sensors[n].position)
-            for point in file.points
-            for n in point.sensors
-        ),
-        *(
-            (tables[1], point.name, n, impacts[n].position)
-            for point in file.points
-            for n in point.impacts
-        ),
+        (table, point.name, name, rows[name].position)
+        for table, rows, kind in (
+            (tables[0], sensors, "sensors"),
+            (tables[1], impacts, "impacts"),
+        )
+        for point in file.points
+        for name in getattr(point, kind)
     ]
     refuse_all(far_from_its_point({p.name: p.position_m for p in file.points}, beside))
     placed = Places(

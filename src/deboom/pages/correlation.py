@@ -583,7 +583,7 @@ def _append_clouds(
 
 def _append_families(report: Report, study: CorrelationStudy) -> None:
     """Say which vehicles can share one mount set."""
-    families, levels, names = study.families, study.vehicles, study.names
+    families, names = study.families, study.names
     designs = study.by_vehicle.designs
     number = [families.number(name) for name in names]
     report.section(
@@ -619,11 +619,30 @@ def _append_families(report: Report, study: CorrelationStudy) -> None:
         "Families and their worst pairs, in all three correlations.",
         {name: 2 for name in rows[0] if name.endswith("[1]")},
     )
+    report.section("Vehicle by vehicle, in their families", folded=True)
+    report.table(
+        "vehicles",
+        _vehicles_in_families(study),
+        "A dash: alone in its family.",
+        {
+            "least r within its family [1]": 2,
+            "mean r with all others [1]": 2,
+            "sigma over designs [dB]": 2,
+            "sigma over the tolerance [dB]": 2,
+        },
+    )
+
+
+def _vehicles_in_families(study: CorrelationStudy) -> pd.DataFrame:
+    """List each vehicle with its family, its correlation within and outside, and its levels."""
+    families, levels, names = study.families, study.vehicles, study.names
+    designs = study.by_vehicle.designs
+    number = [families.number(name) for name in names]
     relatives = [
         [other for other in families.members[place - 1] if other != name]
         for name, place in zip(names, number, strict=True)
     ]
-    vehicles = pd.DataFrame(
+    return pd.DataFrame(
         {
             "vehicle": list(names),
             "group": [study.group_of[name] for name in names],
@@ -637,18 +656,6 @@ def _append_families(report: Report, study: CorrelationStudy) -> None:
             "sigma over designs [dB]": levels.designs.std(axis=0, ddof=1),
             "sigma over the tolerance [dB]": levels.scatter.std(axis=(0, 1)),
         }
-    )
-    report.section("Vehicle by vehicle, in their families", folded=True)
-    report.table(
-        "vehicles",
-        vehicles,
-        "A dash: alone in its family.",
-        {
-            "least r within its family [1]": 2,
-            "mean r with all others [1]": 2,
-            "sigma over designs [dB]": 2,
-            "sigma over the tolerance [dB]": 2,
-        },
     )
 
 

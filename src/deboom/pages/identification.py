@@ -22,6 +22,7 @@ from deboom.compressor.identification import ALARM, Identification
 from deboom.compressor.identify import frac, modal_likeness
 from deboom.compressor.model import gain_from_parameters
 from deboom.compressor.mount_shares import MountShares
+from deboom.compressor.thesis_fit import ThesisFit
 from deboom.compressor.virtual_point_fit import START_GAIN
 from deboom.errors import InputError
 from deboom.files.compressor_model import compressor_document
@@ -540,38 +541,12 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
             "stiffnesses were not fitted."
         )
     else:
-        held = "No number ends at a bound."
-        if thesis.fit.at_bound:
-            held = f"The fit ends with {', '.join(thesis.fit.at_bound)} at a bound."
-        seen = thesis.seen
-        report.text(
-            f"The thesis fits {len(seen.names)} numbers. A hammer test at one virtual point sees "
-            f"{seen.rank} combinations of them, whatever its noise: {len(seen.null_space)} changes "
-            "leave every FRF as it is; the first table names them. Rotation x is a mount's "
-            "rotation about its own axis: it matters only as far as the two radial stiffnesses "
-            "differ. Mass, centre of gravity and inertia take no part in any of these and are "
-            "unique; single positions, rotations and stiffnesses of mounts are not, and equally "
-            f"good fits differ by millimetres and degrees. {held} Report the stiffness at the "
-            "virtual point and the gain instead; or, where all mounts are one round part, enforce "
-            "that (--identical-mounts)."
-        )
-        drawn = np.count_nonzero(np.asarray(thesis.knowledge.ratio) > PRIOR_DOMINATED)
-        report.text(
-            f"Of {drawn} of the {len(seen.names)} numbers the drawing says more than the test; "
-            "identifiability.csv has them all."
-        )
-        own_axis = (" rotation x", "'s rotation about its own axis")
-        changes = [change.statement.replace(*own_axis) for change in thesis.seen.null_space]
-        report.table(
-            "null_space",
-            pd.DataFrame({"change that no test at one virtual point can see": changes}),
-            "Changes that leave every FRF as it is.",
-        )
-        identifiability = identifiability_table(test, thesis)
+        _limits_of_the_thesis(report, thesis)
     pairs = identification.knowledge.strong_correlations
     correlations = pd.DataFrame(pairs, columns=["parameter", "and", "correlation [1]"])
     report.table("correlations", correlations)
     if thesis is not None:
+        identifiability = identifiability_table(test, thesis)
         report.section(
             "The thesis's numbers",
             "From the drawing (table 10) to the fit (table 11): start, bounds and result of least "
@@ -588,6 +563,37 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
             "The thesis's numbers (its table 11).",
             shown=in_words(identifiability)[columns],
         )
+
+
+def _limits_of_the_thesis(report: Report, thesis: ThesisFit) -> None:
+    """Say which combinations of the thesis's numbers the test sees."""
+    held = "No number ends at a bound."
+    if thesis.fit.at_bound:
+        held = f"The fit ends with {', '.join(thesis.fit.at_bound)} at a bound."
+    seen = thesis.seen
+    report.text(
+        f"The thesis fits {len(seen.names)} numbers. A hammer test at one virtual point sees "
+        f"{seen.rank} combinations of them, whatever its noise: {len(seen.null_space)} changes "
+        "leave every FRF as it is; the first table names them. Rotation x is a mount's "
+        "rotation about its own axis: it matters only as far as the two radial stiffnesses "
+        "differ. Mass, centre of gravity and inertia take no part in any of these and are "
+        "unique; single positions, rotations and stiffnesses of mounts are not, and equally "
+        f"good fits differ by millimetres and degrees. {held} Report the stiffness at the "
+        "virtual point and the gain instead; or, where all mounts are one round part, enforce "
+        "that (--identical-mounts)."
+    )
+    drawn = np.count_nonzero(np.asarray(thesis.knowledge.ratio) > PRIOR_DOMINATED)
+    report.text(
+        f"Of {drawn} of the {len(seen.names)} numbers the drawing says more than the test; "
+        "identifiability.csv has them all."
+    )
+    own_axis = (" rotation x", "'s rotation about its own axis")
+    changes = [change.statement.replace(*own_axis) for change in thesis.seen.null_space]
+    report.table(
+        "null_space",
+        pd.DataFrame({"change that no test at one virtual point can see": changes}),
+        "Changes that leave every FRF as it is.",
+    )
 
 
 def _identical(report: Report, fit: MountShares) -> None:

@@ -30,7 +30,7 @@ from deboom.vehicles.limits import (
     WeightSag,
     mount_price,
 )
-from deboom.vehicles.platform import MountSource, Runs
+from deboom.vehicles.platform import MountSource, Platform, Runs
 from deboom.vehicles.powertrain import MonotoneCurve, mount_forward
 
 NOT_LIVE = (
@@ -149,6 +149,22 @@ class Start:
     design: RealArray
 
 
+def _coloured(platform: Platform, fleet: Fleet) -> dict[str, list[dict[str, str]]]:
+    """Name mounts and vehicles for the header of a page, with the colours of the figures."""
+    colours = vehicle_colours(platform.fleet.names)
+    by_mount = mount_colours([mount.name for mount in platform.mounts])
+    return {
+        "mounts": [
+            {"name": mount.name, "words": mount.description, "colour": by_mount[mount.name]}
+            for mount in platform.mounts
+        ],
+        "vehicles": [
+            {"name": vehicle.name, "group": vehicle.group, "colour": colours[vehicle.name]}
+            for vehicle in fleet.vehicles
+        ],
+    }
+
+
 def live_page(
     robust: Robust,
     runs: Runs,
@@ -193,8 +209,6 @@ def live_page(
     live = live_model(cases, space, scatter[:MOST_DRAWS], price)
     coupled = isinstance(cases[0].case, CoupledMotion)
     both = coupled and not model.loss_factors
-    colours, platform = vehicle_colours(runs.platform.fleet.names), runs.platform
-    by_mount = mount_colours([mount.name for mount in platform.mounts])
     live = live.with_header(
         {
             **words,
@@ -202,14 +216,7 @@ def live_page(
             "motion": model.motion.value,
             "motions": ["coupled", "prescribed"] if both else [model.motion.value],
             "starts": [{"name": start.name, "design": start.design.tolist()} for start in starts],
-            "mounts": [
-                {"name": mount.name, "words": mount.description, "colour": by_mount[mount.name]}
-                for mount in platform.mounts
-            ],
-            "vehicles": [
-                {"name": vehicle.name, "group": vehicle.group, "colour": colours[vehicle.name]}
-                for vehicle in heard.fleet.vehicles
-            ],
+            **_coloured(runs.platform, heard.fleet),
         }
     )
     if live.n_bytes <= MAX_MODEL_BYTES:

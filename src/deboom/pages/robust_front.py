@@ -36,6 +36,18 @@ from deboom.vehicles.free_directions import NOTICEABLE, Need
 
 BESIDE_WIDTH = 3.6
 """Width of figures that share a row [inch]."""
+SHOWN_STIFFNESS = (
+    "variable",
+    "best-mean factor [1]",
+    "best-mean from [1]",
+    "best-mean to [1]",
+    "best-mean [N/mm]",
+    "nominal [N/mm]",
+    "requirement",
+    "largest change in its range [dB]",
+    "changed most",
+)
+"""Columns of the stiffnesses on the page; the file has those of all picks."""
 MOST_PARTS = 8
 """Directions that the first screen names, those that bring most."""
 TERMS = (
@@ -110,7 +122,6 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     best, mounts = view.best, view.platform.mounts
     row = picks[picks["design"] == Pick.best_mean]
     mean, sigma = row[["change [dB]", "change of sigma [%]"]].to_numpy(float)[0]
-    changes = view.fleet.splv_change(best)
     spread = "as today" if abs(sigma) < 1.0 else f"{signed(sigma, 0)} %"
     for column in view.telling:
         report.tile(f"{view.front.variables[column]} × {best[column]:.2f}", "of today's stiffness")
@@ -122,23 +133,9 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         )
     report.tile(f"σ {spread}", "scatter over the tolerance")
 
-    order = np.argsort(-changes, kind="stable")
-    by_vehicle = ""
-    if len(order) > 1:
-        least, most = order[0], order[-1]
-        by_vehicle = (
-            f", from {signed(changes[most], 1)} in {view.fleet.vehicles[most]} to "
-            f"{signed(changes[least], 1)} in {view.fleet.vehicles[least]}"
-        )
-    effect = f"{signed(mean, 1)} dB on average{by_vehicle}; {peaks_sentence(view.fleet, best)}."
-    verdict = f"{_moves(view)}: {effect}"
-    if mean > -NOTICEABLE:
-        verdict = f"Leave today's mounts: no design of the search is noticeably quieter. {effect}"
-    elif changes.max() > NOTICEABLE:
-        verdict = f"{verdict} Not for all: {view.fleet.vehicles[order[0]]} becomes louder."
     sure = view.certainty
     report.answer(
-        verdict,
+        _verdict(view, mean),
         certainty_sentence(sure)
         if sure
         else "How sure: not known; an interval is stated for coupled motion and factors of the "
@@ -147,12 +144,9 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         f"{abbreviations(mounts)}",
     )
     whose = "its vehicle's level of today" if view.target is None else f"{view.target:g} dB(A)"
+    interval, mean_interval = (sure.cars, sure.mean) if sure else (None, None)
     table = vehicle_table(
-        view.fleet,
-        best,
-        target=view.cars_target,
-        interval=sure.cars if sure else None,
-        mean=sure.mean if sure else None,
+        view.fleet, best, target=view.cars_target, interval=interval, mean=mean_interval
     )
     report.panel(
         "Each vehicle",
@@ -182,6 +176,30 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         Step(f"deboom report {view.run} --supplier", "sheets for the supplier to quote"),
         Step(f"deboom driven {view.run} FOLDER", "hold a driven prototype against this"),
     )
+
+
+def _verdict(view: PlatformFront, mean: float) -> str:
+    """Say what to build and what it brings, or that nothing is noticeably quieter.
+
+    - `mean`: change of the mean level by best-mean [dB].
+    """
+    changes = view.fleet.splv_change(view.best)
+    order = np.argsort(-changes, kind="stable")
+    by_vehicle = ""
+    if len(order) > 1:
+        least, most = order[0], order[-1]
+        by_vehicle = (
+            f", from {signed(changes[most], 1)} in {view.fleet.vehicles[most]} to "
+            f"{signed(changes[least], 1)} in {view.fleet.vehicles[least]}"
+        )
+    peaks = peaks_sentence(view.fleet, view.best)
+    effect = f"{signed(mean, 1)} dB on average{by_vehicle}; {peaks}."
+    if mean > -NOTICEABLE:
+        return f"Leave today's mounts: no design of the search is noticeably quieter. {effect}"
+    verdict = f"{_moves(view)}: {effect}"
+    if changes.max() > NOTICEABLE:
+        verdict += f" Not for all: {view.fleet.vehicles[order[0]]} becomes louder."
+    return verdict
 
 
 def _moves(view: PlatformFront) -> str:
@@ -416,37 +434,47 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     )
     if view.prescribed is not None:
         _motions(report, view, view.prescribed)
-    cases = view.by_load_case
-    if len(cases):
-        column = f"{Pick.best_mean} [dB]"
-        worst = cases.iloc[int(cases[column].argmax())]
-        by_case = cases.drop(columns="vehicle").groupby("load case", sort=False).mean()
-        titles = {name: view.platform.load_case(name).title for name in by_case.index}
-        report.table(
-            "load_cases",
-            cases,
-            "Change of the mean level in all load cases, mean over the vehicles. Best-mean does "
-            f"least in {titles[worst['load case']]}, {worst['vehicle']}: "
-            f"{signed(worst[column], 1)} dB.",
-            dict.fromkeys(map(str, by_case.columns), 1),
-            shown=by_case.rename(index=titles).reset_index(),
-        )
-        report.summary["worst_load_case"] = str(worst["load case"])
-        report.summary["worst_load_case_change_db"] = float(worst[column])
+    if len(view.by_load_case):
+        _load_cases(report, view)
     report_front(report, view.front)
+    report.table("per_vehicle", _per_vehicle(view))
+
+
+def _load_cases(report: Report, view: PlatformFront) -> None:
+    """Show what the picks change in each load case, and where best-mean does least."""
+    cases, column = view.by_load_case, f"{Pick.best_mean} [dB]"
+    worst = cases.iloc[int(cases[column].argmax())]
+    by_case = cases.drop(columns="vehicle").groupby("load case", sort=False).mean()
+    titles = {name: view.platform.load_case(name).title for name in by_case.index}
+    report.table(
+        "load_cases",
+        cases,
+        "Change of the mean level in all load cases, mean over the vehicles. Best-mean does "
+        f"least in {titles[worst['load case']]}, {worst['vehicle']}: "
+        f"{signed(worst[column], 1)} dB.",
+        dict.fromkeys(map(str, by_case.columns), 1),
+        shown=by_case.rename(index=titles).reset_index(),
+    )
+    report.summary["worst_load_case"] = str(worst["load case"])
+    report.summary["worst_load_case_change_db"] = float(worst[column])
+
+
+def _per_vehicle(view: PlatformFront) -> pd.DataFrame:
+    """List mean and scatter of each vehicle at each point of the front."""
     values, n_lines = view.front.values, view.index.n_lines
     points, vehicles = np.meshgrid(
         np.arange(1, len(values) + 1), view.fleet.vehicles, indexing="ij"
     )
-    per_vehicle = {
-        "point": points.ravel(),
-        "vehicle": vehicles.ravel(),
-        "SPLV mean [dB(A)]": values.mean.ravel(),
-        "SPLV sigma [dB]": values.sigma.ravel(),
-        "mean level of the lines [dB(A)]": values.mean.ravel() / n_lines,
-        "sigma of that level [dB]": values.sigma.ravel() / n_lines,
-    }
-    report.table("per_vehicle", pd.DataFrame(per_vehicle))
+    return pd.DataFrame(
+        {
+            "point": points.ravel(),
+            "vehicle": vehicles.ravel(),
+            "SPLV mean [dB(A)]": values.mean.ravel(),
+            "SPLV sigma [dB]": values.sigma.ravel(),
+            "mean level of the lines [dB(A)]": values.mean.ravel() / n_lines,
+            "sigma of that level [dB]": values.sigma.ravel() / n_lines,
+        }
+    )
 
 
 def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
@@ -524,29 +552,8 @@ def _supplier(report: Report, view: PlatformFront) -> None:
         "Chosen stiffness of every mount and axis. The thin bracket spans the "
         f"range within which, {freedom.sentence}.",
     )
-    table: dict[str, object] = {"variable": list(variables), "nominal [N/mm]": nominal}
-    for name, design in view.front.pick_designs.items():
-        table[f"{name} factor [1]"] = design[:n]
-        table[f"{name} [N/mm]"] = nominal * design[:n]
-    for column, end in (("from", 0), ("to", 1)):
-        table[f"best-mean {column} [1]"] = np.where(free, np.nan, interval[:, end])
-        table[f"best-mean {column} [N/mm]"] = np.where(free, np.nan, nominal * interval[:, end])
-    table["requirement"] = [need.value for need in freedom.needs[:n]]
-    moved = freedom.move[:n].argmax(axis=1)
-    table["largest change in its range [dB]"] = np.where(free, 0.0, freedom.move[:n].max(axis=1))
-    table["changed most"] = np.where(free, "–", np.array(freedom.vehicles)[moved])
-    stiffness = pd.DataFrame(table)
-    columns = [
-        "variable",
-        "best-mean factor [1]",
-        "best-mean from [1]",
-        "best-mean to [1]",
-        "best-mean [N/mm]",
-        "nominal [N/mm]",
-        "requirement",
-        "largest change in its range [dB]",
-        "changed most",
-    ]
+    stiffness = _stiffness_table(view)
+    columns = list(SHOWN_STIFFNESS)
     report.table(
         "stiffness",
         stiffness,
@@ -561,17 +568,43 @@ def _supplier(report: Report, view: PlatformFront) -> None:
         shown=stiffness[columns],
     )
     if len(view.front.variables) > n:
-        names, interval = view.front.variables[n:], freedom.interval[n:]
-        free = np.isin(names, view.front.without_effect)
-        losses: dict[str, object] = {"variable": list(names)}
-        losses |= {f"{name} factor [1]": x[n:] for name, x in view.front.pick_designs.items()}
-        for column, end in (("from", 0), ("to", 1)):
-            losses[f"best-mean {column} [1]"] = np.where(free, np.nan, interval[:, end])
         report.table(
             "loss_factors",
-            pd.DataFrame(losses),
+            _loss_factor_table(view),
             "Factors on the loss factor K''/K' at unchanged K'; a dash: no requirement.",
         )
+
+
+def _stiffness_table(view: PlatformFront) -> pd.DataFrame:
+    """List factor and stiffness of each pick by direction, and the range around best-mean."""
+    nominal, freedom = view.nominal_stiffness, view.freedom
+    variables = list(view.stiffness_variables)
+    n = len(variables)
+    free = np.isin(variables, view.front.without_effect)
+    table: dict[str, object] = {"variable": variables, "nominal [N/mm]": nominal}
+    for name, design in view.front.pick_designs.items():
+        table[f"{name} factor [1]"] = design[:n]
+        table[f"{name} [N/mm]"] = nominal * design[:n]
+    for column, bound in zip(("from", "to"), freedom.interval[:n].T, strict=True):
+        table[f"best-mean {column} [1]"] = np.where(free, np.nan, bound)
+        table[f"best-mean {column} [N/mm]"] = np.where(free, np.nan, nominal * bound)
+    table["requirement"] = [need.value for need in freedom.needs[:n]]
+    moved = freedom.move[:n].argmax(axis=1)
+    table["largest change in its range [dB]"] = np.where(free, 0.0, freedom.move[:n].max(axis=1))
+    table["changed most"] = np.where(free, "–", np.array(freedom.vehicles)[moved])
+    return pd.DataFrame(table)
+
+
+def _loss_factor_table(view: PlatformFront) -> pd.DataFrame:
+    """List factor of each pick on the loss factors, which stand behind the stiffnesses."""
+    n = len(view.stiffness_variables)
+    names = list(view.front.variables[n:])
+    free = np.isin(names, view.front.without_effect)
+    table: dict[str, object] = {"variable": names}
+    table |= {f"{name} factor [1]": x[n:] for name, x in view.front.pick_designs.items()}
+    for column, bound in zip(("from", "to"), view.freedom.interval[n:].T, strict=True):
+        table[f"best-mean {column} [1]"] = np.where(free, np.nan, bound)
+    return pd.DataFrame(table)
 
 
 def _search(report: Report, view: PlatformFront) -> None:

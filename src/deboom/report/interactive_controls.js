@@ -20,7 +20,7 @@ function listen(view, { grab, drag, click }) {
   });
   view.svg.addEventListener("pointermove", (event) => {
     const now = pointAt(view.svg, event);
-    if (!start) return walkTo(view.designAt(...now), false);
+    if (!start) return pointTo(view.designAt(...now), false);
     moved = moved || Math.hypot(now[0] - start.point[0], now[1] - start.point[1]) > 4;
     if (moved && start.held !== null) drag(start, now);
   });
@@ -29,7 +29,7 @@ function listen(view, { grab, drag, click }) {
     start = null;
   });
   view.svg.addEventListener("pointercancel", () => { start = null; });
-  view.svg.addEventListener("pointerleave", () => { if (!start) walkTo(null, false); });
+  view.svg.addEventListener("pointerleave", () => { if (!start) pointTo(null, false); });
 }
 
 listen(parallel, {
@@ -204,7 +204,7 @@ function drawVehicles() {
 function drawKey() {
   const place = byId("key");
   place.replaceChildren();
-  const entries = marks().filter(({ mark }) => mark !== "walk").map(({ design, style, mark }) => {
+  const entries = marks().filter(({ mark }) => mark !== "pointed").map(({ design, style, mark }) => {
     return [mark === "today" ? "today's mounts" : `${mark.toUpperCase()}: ${nameOf(design)}`, style];
   });
   entries.push(["selected designs, lowest to highest", { stroke: COLOUR.chosen, "stroke-width": 10, opacity: 0.25 }]);

@@ -21,12 +21,12 @@ function marks() {
     { design: state.pins.b, style: stroke(COLOUR.b, 2.6, { "stroke-dasharray": "9 4" }), mark: "b" },
     { design: state.pins.a, style: stroke(COLOUR.a, 2.6), mark: "a" },
   ];
-  if (state.walk !== null) list.push({ design: state.walk, style: stroke(COLOUR.walk, 2.2), mark: "walk" });
+  if (state.pointed !== null) list.push({ design: state.pointed, style: stroke(COLOUR.pointed, 2.2), mark: "pointed" });
   return list;
 }
 
 const parallel = {
-  svg: picture(byId("parallel"), "parallel coordinates", walkByKey),
+  svg: picture(byId("parallel"), "parallel coordinates", pointByKey),
   left: 46, bottom: 28,
   draw() {
     const shown = shownAxes();
@@ -107,7 +107,7 @@ const parallel = {
 };
 
 const scatter = {
-  svg: picture(byId("scatter"), "scatter", walkByKey),
+  svg: picture(byId("scatter"), "scatter", pointByKey),
   left: 64, right: 18, top: 14, bottom: 48,
   draw() {
     const width = Math.max(320, roomIn(byId("scatter"), 350));
@@ -160,7 +160,7 @@ const scatter = {
     const [x, y] = this.place(design);
     const svg = this.layer;
     const side = x > this.width - 90 ? [-10, "end"] : [10, "start"];
-    if (mark === "walk") element(svg, "circle", { cx: x, cy: y, r: 9, ...stroke(COLOUR.walk, 3) });
+    if (mark === "pointed") element(svg, "circle", { cx: x, cy: y, r: 9, ...stroke(COLOUR.pointed, 3) });
     if (mark === "today") {
       element(svg, "path", { d: `M${x},${y - 7}l7,7l-7,7l-7,-7z`, fill: "#fff", stroke: COLOUR.today, "stroke-width": 2 });
       backed(svg, "today", x + side[0], y + 4, side[1]);

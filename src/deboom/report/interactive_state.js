@@ -5,7 +5,7 @@ const front = JSON.parse(document.getElementById("front").textContent);
 const STEPS = 200;
 const [WIDE, CLOSE] = [56, 42]; // gaps between axes [px]: below it names are slanted; the least
 const TODAY = -1;
-const COLOUR = { a: "#1f2933", b: "#b5478a", chosen: "#0b4f7d", beside: "#d55e00", cloud: "#7aa6c2", other: "#c3cad2", today: "#5f6b7a", walk: "#e69f00" };
+const COLOUR = { a: "#1f2933", b: "#b5478a", chosen: "#0b4f7d", beside: "#d55e00", cloud: "#7aa6c2", other: "#c3cad2", today: "#5f6b7a", pointed: "#e69f00" };
 const axes = front.axes;
 const N = front.points.length; // designs with curves; further rows were evaluated on the way
 const ROWS = axes[0].values.length;
@@ -23,7 +23,7 @@ const state = {
   order: [...axes], // of the parallel coordinates
   colour: null, // axis that colours the selected designs; null: their run
   opacity: 0.5,
-  walk: null, // design under the pointer or the arrow keys
+  pointed: null, // design under the pointer or the arrow keys
 };
 let selected = designs;
 
@@ -134,28 +134,28 @@ function pin(which, design) {
 
 const clickedPin = () => (byId("click-b").checked ? "b" : "a");
 
-function walkTo(design, spoken) {
-  if (state.walk === design) return;
-  state.walk = design;
+function pointTo(design, spoken) {
+  if (state.pointed === design) return;
+  state.pointed = design;
   drawMarks();
   if (!spoken || design === null) return;
   const objectives = axes.filter((axis) => axis.kind === "objective");
   const words = objectives.map((axis) => axis.name + " " + withUnit(axis, valueOf(axis, design)));
-  byId("walk").textContent = nameOf(design) + ": " + words.join(", ");
+  byId("pointed").textContent = nameOf(design) + ": " + words.join(", ");
 }
 
-function walkByKey(event) {
-  const walked = selected.filter((design) => design < N);
-  const place = walked.indexOf(state.walk);
-  const last = walked.length - 1;
+function pointByKey(event) {
+  const passed = selected.filter((design) => design < N);
+  const place = passed.indexOf(state.pointed);
+  const last = passed.length - 1;
   const to = {
     ArrowRight: Math.min(place + 1, last), ArrowDown: Math.min(place + 1, last),
     ArrowLeft: Math.max(place - 1, 0), ArrowUp: Math.max(place - 1, 0), Home: 0, End: last,
   }[event.key];
-  if (to !== undefined && last >= 0) walkTo(walked[to], true);
-  else if (event.key === "Enter" && state.walk !== null) {
+  if (to !== undefined && last >= 0) pointTo(passed[to], true);
+  else if (event.key === "Enter" && state.pointed !== null) {
     const which = clickedPin();
-    pin(event.shiftKey ? { a: "b", b: "a" }[which] : which, state.walk);
+    pin(event.shiftKey ? { a: "b", b: "a" }[which] : which, state.pointed);
   } else if (event.key === "Escape") clearBrushes();
   else return;
   event.preventDefault();

@@ -15,13 +15,13 @@ const player = {
     this.add("now", session.x);
     this.sources.today.source.onended = () => this.stop();
     this.switchTo(which);
-    this.walk();
+    this.advance();
   },
-  walk() {
+  advance() {
     if (!this.sources) return;
     const part = Math.min(1, Math.max(0, (this.context.currentTime - this.start) / data.seconds));
     readAt(Math.round(part * (F - 1)));
-    requestAnimationFrame(() => this.walk());
+    requestAnimationFrame(() => this.advance());
   },
   add(which, x, from = 0) {
     const { re, im } = model.pressure(x, session.shown, session.coupled);

@@ -258,7 +258,7 @@ function improve() {
 // what a limit is of, in words
 const limited = ({ of, at }) => (of === "price" ? data.price.names[at] : `${vehicles[at].name}’s ${of === "mean" ? "mean level" : "loudest line"}`);
 
-// walk along the steps of an improvement
+// go along the steps of an improvement
 function arrive(reply) {
   const what = byId("live-objective").value === "sigma" ? `${text(reply.gain, 2)} dB less scatter` : `${text(reply.gain, 2)} dB quieter`;
   const kept = reply.beyond <= 0.005 ? "all limits are kept" : `the limit of ${limited(reply.missed)} is still missed by ${text(reply.beyond, 2)} ${reply.missed.of === "price" ? data.price.units[reply.missed.at] : "dB"}`;

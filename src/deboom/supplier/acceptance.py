@@ -333,17 +333,10 @@ def _capability_table(delivery: Delivery) -> pd.DataFrame:
     return _capabilities(delivery, ENGLISH).rename(columns=CAPABILITY)
 
 
-def supplier_verdict(delivery: Delivery, language: Literal["en", "de"], judged_on: str) -> Sheet:
-    """Write the page that the supplier gets: verdicts, reasons and rules, nothing of the vehicles.
-
-    - `judged_on`: day, YYYY-MM-DD.
-    """
+def _head(page: Sheet, delivery: Delivery, judged_on: str) -> dict[str, str]:
+    """Return what stands above the verdicts, by its label: sheet, day, counts and limits."""
     demand, sheet = delivery.demand, delivery.demand.sheet
-    page = Sheet("", "", language)
-    say, verdicts = page.say, [judged.verdict for judged in delivery.parts]
-    page.title = say("Acceptance of a delivery", "Abnahme einer Lieferung")
-    page.subtitle = say(demand.title, demand.title.replace("mount ", "Lager ", 1))
-    words = {verdict: said(verdict.name, language) for verdict in PartVerdict}
+    verdicts = [judged.verdict for judged in delivery.parts]
     stated = f"± {page.local(PERCENT * delivery.uncertainty)} %" if delivery.uncertainty else ""
     checksum = "checksum" if sheet is not None else "box_checksum"
     head = {
@@ -358,7 +351,21 @@ def supplier_verdict(delivery: Delivery, language: Literal["en", "de"], judged_o
         "stated_share": f"{page.local(PERCENT * demand.share_stated)} %",
     }
     not_given = ("part_number", "revision", "issued")
-    page.fields({label(key, language): v for key, v in head.items() if v or key not in not_given})
+    return {label(k, page.language): v for k, v in head.items() if v or k not in not_given}
+
+
+def supplier_verdict(delivery: Delivery, language: Literal["en", "de"], judged_on: str) -> Sheet:
+    """Write the page that the supplier gets: verdicts, reasons and rules, nothing of the vehicles.
+
+    - `judged_on`: day, YYYY-MM-DD.
+    """
+    demand, sheet = delivery.demand, delivery.demand.sheet
+    page = Sheet("", "", language)
+    say = page.say
+    page.title = say("Acceptance of a delivery", "Abnahme einer Lieferung")
+    page.subtitle = say(demand.title, demand.title.replace("mount ", "Lager ", 1))
+    words = {verdict: said(verdict.name, language) for verdict in PartVerdict}
+    page.fields(_head(page, delivery, judged_on))
     page.section(say("Batches", "Chargen"))
     batches = [
         {

@@ -394,14 +394,15 @@ def _sharing_section(report: Report, shared: _Shared) -> None:
     bound, total = shared.lower_bound, shared.fewest.sharing.total
     proof = (
         f"With fewer than {bound} part numbers some vehicle misses its limit, whatever their "
-        "stiffness; that rests on the best stiffness of descents from several starts."
+        "stiffness. This result relies on descents from several starts, which found the best "
+        "stiffness."
     )
     if total > bound:
         proof += f" Between {bound} and {total} the search found no sharing that keeps all limits."
     report.section(
         "Which vehicle has which mount",
-        f"{proof} A letter is a part number of the mount in that column; vehicles with "
-        "one letter share it in all directions.",
+        f"{proof} Each letter is a part number of the mount in its column; vehicles with the same "
+        "letter share this part in all directions.",
     )
     report.table("sharing", shared.letters, "Part number of each mount in each vehicle.")
     report.table(
@@ -418,8 +419,8 @@ def _price_section(report: Report, shared: _Shared) -> None:
     report.section(
         "What sharing costs",
         "A vehicle with mounts of its own is the zero line. One set for all vehicles costs "
-        f"the worst of them {shared.one_set_price:.2f} dB per line; every further part number "
-        "buys some of it back. Counts that buy nothing are left out.",
+        f"the worst of them {shared.one_set_price:.2f} dB per line; more part numbers reduce this "
+        "price. Numbers that do not reduce it are left out.",
     )
     total = shared.fewest.sharing.total
     counts = np.array([design.sharing.total for design in shared.by_count], dtype=float)
@@ -450,8 +451,9 @@ def _price_section(report: Report, shared: _Shared) -> None:
         "counts",
         _counts(shared),
         f"Best sharing found for each count, with values that keep the worst vehicle low; those "
-        f"of the chosen {total} were moved until all vehicles together are as quiet as their "
-        "limits allow. The excess is beyond the limit, negative where room is left.",
+        f"of the chosen {total} were then improved until the mean over all vehicles was lowest "
+        "within the limits. The excess is the level minus the limit; a negative excess leaves a "
+        "margin.",
     )
     table = {
         "vehicle": shared.problem.vehicles,
@@ -467,10 +469,10 @@ def _price_section(report: Report, shared: _Shared) -> None:
     report.table(
         "vehicles",
         pd.DataFrame(table),
-        "Mean level of the lines, each with the energy that scatter adds: a notch "
-        "that no made part has is no gain. The limit is that of a car as drawn: "
-        "the margin between it and the asked share of cars as made is taken off. "
-        "The last column counts cars with draws of its own.",
+        "Mean level of the lines, including the energy that scatter adds to each line: a notch "
+        "that real parts do not have counts for nothing. The limit applies to the car without "
+        "scatter; a margin for the stated share of cars with scatter is subtracted from it. The "
+        "last column counts cars in new draws.",
     )
 
 

@@ -284,7 +284,7 @@ def _headlines(report: Report, measured: Measured) -> None:
     top = first.ranking(ear).iloc[0]
     report.tile(
         str(top["contribution"]),
-        f"brings most to {ear} in {first.name}: without it "
+        f"contributes most at {ear} in {first.name}: without it "
         f"{signed(float(top['without it, the level changes by [dB]']), 1)} dB",
     )
     if "on_board_db" in summary:
@@ -304,7 +304,8 @@ def _headlines(report: Report, measured: Measured) -> None:
         report.tile(
             f"{float(summary['blocked_error_percent']):.0f} %",
             f"error of the blocked forces on trusted lines, against the truth; intervals of "
-            f"{100 * COVERAGE:.0f} % hold it in {summary['blocked_coverage_percent']:.0f} %",
+            f"{100 * COVERAGE:.0f} % contain the truth in "
+            f"{summary['blocked_coverage_percent']:.0f} % of the cases",
         )
 
 
@@ -324,7 +325,7 @@ def _procedure(report: Report, result: ComponentTpa) -> None:
         f"loads to {len(test.indicator_channels)} indicator channels, "
         f"{len(test.on_board_channels)} channels that are left out, and "
         f"{', '.join(test.ears)}. Runs: {runs}.\n\n"
-        "The responses in operation times the inverse of these functions are the blocked forces: "
+        "The blocked forces are the inverse of these functions times the responses in operation: "
         "those with which the source would push at a receiver that does not give way. They are the "
         "source's own, whatever it stands on. What each of them brings to an ear is force times "
         "the assembly's function.\n\n"
@@ -374,7 +375,7 @@ def _sound(report: Report, result: ComponentTpa) -> None:
         "contributions",
         partial(_contribution_panels, result),
         "Level at the first ear: the sum of all loads and the loudest points, and what was "
-        "measured. Where the sum misses the measured curve, sound came another way.",
+        "measured. Where the sum differs from the measured curve, sound came by another path.",
     )
     report.figure(
         "sound",
@@ -428,9 +429,9 @@ def _forces(report: Report, measured: Measured) -> None:
         f"Magnitudes in {first.name}; the tables blocked_forces have every run. Hatched, "
         f"{hidden:.0f} % of the lines: the noise of the functions shrinks the load that the "
         f"indicators see least by more than {100 * MOST_ATTENUATED:.0f} %, so that its interval "
-        "does not hold. So it is where the source resonates as if its points were held, and where "
-        "it moves as a rigid body: loads that only squeeze it move nothing. The sound needs none "
-        "of these loads. Better functions help: harder or more hits.",
+        "does not hold. This happens at resonances that the source has with its points held, and "
+        "where the source moves as a rigid body, because loads that only squeeze it move nothing. "
+        "The sound does not depend on these loads. Better functions help: harder or more hits.",
     )
     truth = measured.truth.get(first.name)
     for kind, unit, stem in (("forces", "N", "forces"), ("moments", "N m", "moments")):
@@ -488,7 +489,7 @@ def _on_board(report: Report, result: ComponentTpa) -> None:
     report.section(
         "Do they explain what was left out?",
         "Sensors that took no part in the inversion: predicted from the blocked forces against "
-        "measured. Agreement is necessary, no proof: a load that a sensor hardly sees may be "
+        "measured. Agreement is necessary, but no proof: a load that the sensors hardly see may be "
         "wrong.",
     )
     frames = [
@@ -544,8 +545,9 @@ def _interface(report: Report, result: ComponentTpa) -> None:
     """Show completeness of interface and excitation, and the condition of the inversion."""
     complete, run = result.completeness, result.runs[0]
     words = (
-        "Hits on the source beside its interface are loads that are known: if loads at the stated "
-        f"points reproduce what they do elsewhere, the interface is complete. Below {INCOMPLETE:g} "
+        "Hits on the source away from its interface are known loads. If loads at the stated "
+        "points reproduce the responses to these hits, the interface is complete. Below "
+        f"{INCOMPLETE:g} "
         "a point, such as a hose, or a moment is missing."
         if complete is not None
         else "Nobody struck the source beside its interface, so that nothing says whether it is "
@@ -554,7 +556,7 @@ def _interface(report: Report, result: ComponentTpa) -> None:
     report.section(
         "Interface and inversion",
         f"{words} The condition number, columns scaled to one norm, says how much noise the "
-        "inversion may amplify; the freedom how many directions of load took part.",
+        "inversion may amplify. The freedom is the number of load directions in the inversion.",
     )
     panels = []
     if complete is not None:
@@ -606,7 +608,7 @@ def _other_receiver(report: Report, measured: Measured) -> None:
     """Show the source in another receiver."""
     moved = measured.moved
     joints = (
-        "The free source, the receiver on its own and what joins them are coupled by "
+        "The free source, the receiver alone and the joints between them are coupled by "
         "frequency-based substructuring; the blocked forces stay. Intervals are those of the "
         "forces: errors of the functions of receiver and free source are in none."
     )

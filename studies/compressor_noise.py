@@ -115,7 +115,7 @@ def car_report(
     report = Report(
         f"Cabin noise of the compressor: {noise.car}",
         "How loud is the running compressor at the driver's ear, by which mount and which hose "
-        "does its sound get there, and how far may the synthesis be believed?",
+        "does the sound come, and how reliable is the synthesis?",
     )
     errors, gains = sweep_errors(noise), measured_gain_table(noise)
     report.summary |= error_summary(errors, gains)
@@ -136,10 +136,11 @@ def car_report(
     )
     report.section(
         "What was asked, and with which data",
-        "A hammer test on a rig shows mass and mounts of the compressor; in the car its motion and "
-        "that of the body at each mount were recorded while it ran up. What both sides of a mount "
-        "move apart, times its stiffness, is its force; force times the body's noise transfer "
-        f"function, summed with phases, is the sound. Sweeps: {sweeps}.\n\n"
+        "A hammer test on a rig shows mass and mounts of the compressor. In the car, the motion "
+        "of the compressor and of the body at each mount was recorded during run-ups. The force "
+        "of a mount is its stiffness times the relative displacement of its two sides. The sound "
+        "is the sum, with phases, of force times noise transfer function of the body. Sweeps: "
+        f"{sweeps}.\n\n"
         f"{running.shares.statement}\n\n{running.source.state.statement} To see this, the motion "
         "of the body was taken off the sweeps.",
         folded=True,
@@ -180,7 +181,7 @@ def _tiles(
     for _, way in near.nsmallest(1, cut).iterrows():
         report.tile(
             way["point"],
-            f"brings most in {way['band']} of that sweep: without it {signed(way[cut], 1)} dB",
+            f"contributes most in {way['band']} of this sweep: without it {signed(way[cut], 1)} dB",
         )
     for key, label in (
         ("spl_peak_deviation_db", "largest deviation at a peak, soft hoses, outside 25–35 Hz"),
@@ -254,9 +255,11 @@ def _soft_hoses(report: Report, noise: CarNoise, errors: Sequence[SweepErrors]) 
     """Show sweeps whose paths of the hoses are cut."""
     report.section(
         "Without hoses",
-        "Levels are compared at peaks of at least 6 dB prominence, paired within 1.5 Hz: in a "
-        "notch the difference of two lines says nothing about noise. The thesis leaves out "
-        "25–35 Hz, where the compressor swings on its mounts; the last column tells these peaks.",
+        "Levels are compared at peaks with a prominence of at least 6 dB, paired "
+        "within 1.5 Hz: in a "
+        "notch the difference of two lines says nothing about noise. The thesis leaves out 25–35 "
+        "Hz, the band of the rigid-body modes of the compressor; the last column marks these "
+        "peaks.",
     )
     panels = [
         _level_panel(noise, sweep, {"synthesised": (sweep.total, band.lower, band.upper)})
@@ -332,8 +335,8 @@ def _standard_hoses(report: Report, running: RunningInCar, noise: CarNoise) -> N
     report.figure(
         "figure_66_standard_hoses",
         lambda: _over_speed(panels, "measured"),
-        "Level with the car's own hoses (thesis, figure 66). Mounts alone miss the measurement "
-        "where hoses carry sound; with the identified hoses the synthesis follows.",
+        "Level with the hoses of the car (thesis, figure 66). Where hoses carry sound, mounts "
+        "alone do not explain the measurement; mounts and identified hoses together do.",
     )
     if hoses is not None:
         words = {"identified": "found", "standard deviation": "deviation"}
@@ -346,8 +349,8 @@ def _hoses_that_add(report: Report, drawn: DrawnCar) -> None:
     """Show a drawn car whose hoses add, as those of the thesis did."""
     report.section(
         "A car whose hoses add",
-        "Whether hoses add sound or take it away is a matter of the body's phases where they end: "
-        "in all five cars of the frozen fleet they change little or cancel part of the mounts' "
+        "Hoses can add sound or cancel it, depending on the phases of the body at their ends: in "
+        "all five cars of the frozen fleet they change little or cancel part of the mounts' "
         f"sound. In car {drawn.car} of drawn fleet {drawn.fleet} the same compressor with the same "
         f"hoses is {signed(drawn.gain, 1)} dB louder at {band_words(HOSE_BAND)}, as in the "
         "thesis. Levels are those of the bench's coupled car, without noise.",
@@ -385,8 +388,9 @@ def _paths(report: Report, noise: CarNoise, ways: pd.DataFrame) -> None:
     """Show by which mount and hose the sound gets to the ear."""
     report.section(
         "By which way",
-        "Parts add up to 100 %: each is the share of the A-weighted energy of the sum that is in "
-        "phase with it. A negative part works against the others.",
+        "Shares add up to 100 %. The share of a path is the part of its sound in phase with the "
+        "sum, in the A-weighted energy. A path with a negative share reduces the sound of the "
+        "others.",
     )
     total = "all paths"
     panels = [
@@ -402,7 +406,7 @@ def _paths(report: Report, noise: CarNoise, ways: pd.DataFrame) -> None:
         "contributions",
         lambda: _over_speed(panels, total),
         "Level of each mount and hose on its own, forces and moments summed with their phases. "
-        "Where a single one is louder than all together, others cancel it.",
+        "If a single path is louder than the sum, other paths cancel it.",
     )
     report.table(
         "ranking",
@@ -445,10 +449,11 @@ def _mounts(report: Report, running: RunningInCar) -> None:
     )
     report.section(
         "Single mounts",
-        "Places come from the sheet of the car, directions and stiffness from the drawing, their "
-        "sum from the hammer test. Where a deviation hardly falls from before to after, the number "
-        "is the drawing's. The stiffness found is dynamic, its real part at "
-        f"{reference:g} Hz; the drawn one static.",
+        "Positions come from the sheet of the car, directions and stiffnesses from the drawing, "
+        "and the sum of the stiffnesses from the hammer test. If a deviation hardly falls from "
+        "before to after, the value is that of the drawing. The identified stiffness is dynamic, "
+        "real part at "
+        f"{reference:g} Hz; the stiffness of the drawing is static.",
         folded=True,
     )
     mounts = mount_table(running)

@@ -424,7 +424,7 @@ def front_report(view: MountFront, options: Options, limits: DesignLimits, run: 
     report.section(
         "How the search went",
         f"NSGA-II, {search.hypervolume.size} generations, {search.seconds:.1f} s. "
-        f"{view.front.text} Every design was made {view.front.robust.sample.n_samples} times "
+        f"{view.front.text} Every design was evaluated {view.front.robust.sample.n_samples} times "
         f"within its tolerance; the front was verified with {view.front.judge.n_samples} draws "
         "that the search never saw.",
     )
@@ -539,7 +539,7 @@ def _answer(
         Step("deboom run compressor_robust_front --peak-rise 1", "no booming peak louder by more"),
         Step("deboom run compressor_robust_front --reach 0.6", "let stiffness go further"),
         Step("deboom run compressor_robust_front --travel 1.5", "let mounts travel further"),
-        Step(f"deboom report {run} --supplier", "the sheet for whoever makes the mounts"),
+        Step(f"deboom report {run} --supplier", "the sheet for the maker of the mounts"),
     )
 
 
@@ -573,10 +573,11 @@ def _answer_in_words(view: MountFront) -> tuple[str, str, str]:
     return (
         f"{moves[0].upper()}{moves[1:]} of today's stiffness: {top}{peaks_sentence(fleet, best)}; "
         f"{change} dB on average of what is heard.",
-        f"{_louder_peak(view, before)}How sure: the model is held against exact cars in "
+        f"{_louder_peak(view, before)}How sure: the model is compared with exact cars in "
         "docs/validation.md; no interval is known for a compressor.",
-        "Averages count lines below the threshold of hearing (ISO 226) as that threshold; "
-        f"peaks count as they are. Stiffness: |K| at {view.model.reference_line:g} Hz. Pressures: "
+        "In averages, lines below the threshold of hearing (ISO 226) count with the level of the "
+        "threshold. Peaks count with their own level. Stiffness: |K| at "
+        f"{view.model.reference_line:g} Hz. Pressures: "
         f"{', '.join(view.index.case_names)}.",
     )
 
@@ -626,8 +627,8 @@ def _choice(report: Report, view: MountFront, options: Options) -> None:
     report.section(
         "What to choose",
         f"{what} Mounts stand within ± {options.place_tolerance:g} mm of where they are drawn.\n\n"
-        "Softer mounts nearly always isolate better; what holds them back is that no mount may "
-        f"move further under 1 g than {options.travel:g} times today's."
+        "Softer mounts nearly always isolate better. The limit is the travel under 1 g: no mount "
+        f"may move further than {options.travel:g} times today's."
         + (
             " Best-mean uses all of that: the limit, not the noise, decides."
             if reached
@@ -643,7 +644,7 @@ def _choice(report: Report, view: MountFront, options: Options) -> None:
     report.figure(
         "pareto_front",
         view.front.picture,
-        "Mean level against its scatter; every point is a design that no other beats.",
+        "Mean level against its scatter; each point is a non-dominated design.",
     )
     line, space, chosen = view.model.reference_line, view.front.robust.space, view.chosen
     report.figure(
@@ -665,9 +666,9 @@ def _choice(report: Report, view: MountFront, options: Options) -> None:
     report.table(
         "picks",
         _picks(view),
-        "Named designs, verified. Travel and modes are with the stiffness at "
-        f"{view.index.frequency[0]:g} Hz, more than at rest: compare them, do not take them for "
-        "a static drawing.",
+        "Named designs, verified. Travel and modes use the stiffness at "
+        f"{view.index.frequency[0]:g} Hz, which is higher than the static stiffness: use them for "
+        "comparison, not for a drawing.",
     )
     caption = f"Dynamic stiffness |K| at {line:g} Hz, mean over what a variable stands for."
     report.table("stiffness", _stiffness(view), caption)
@@ -726,8 +727,9 @@ def _matters(report: Report, view: MountFront, options: Options) -> None:
     """Show which stiffness is worth a supplier's effort."""
     report.section(
         "What matters to whoever makes the mounts",
-        "Importance is the share of the variance of the level that a stiffness is behind, alone "
-        "and with others, when all vary within the bounds of the search; mean over the cars. "
+        "Importance is the share of the variance of the level that comes from a stiffness, alone "
+        "and together with others, when all vary within the bounds of the search (mean over the "
+        "cars). "
         f"{view.leading} matters most. `deboom report RUN --supplier` writes the sheet that the "
         "supplier quotes and signs, in English or German, with names or without.",
     )
@@ -771,8 +773,8 @@ def _trust(report: Report, view: MountFront, options: Options) -> None:
     report.section(
         "How far to trust it",
         f"{running.shares.statement}\n\n{running.source.state.statement}\n\n"
-        "Mounts keep their gain over frequency whatever their stiffness, and do not soften with "
-        f"amplitude. {hoses} Holders give way as the free bodies do.",
+        "Mounts keep their gain over frequency for every stiffness, and do not soften with "
+        f"amplitude. {hoses} Holders move as the free bodies do.",
     )
     exact = exact_change(view.model, view.front.robust.space.nominal, view.best)
     if exact is not None:

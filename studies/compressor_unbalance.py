@@ -1,4 +1,4 @@
-"""Which unbalance turns inside a running compressor, and how far may the answer be believed?
+"""Which unbalance turns inside a running compressor, and how reliable is the answer?
 
 The load inside the compressor is the apparent mass from a hammer test without hoses, times the
 accelerations of first order in operation (thesis, 4.2 and 4.4.1). Five routes are compared: a,

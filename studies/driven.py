@@ -152,8 +152,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "Measured and predicted change",
         f"{driven}; highest level within {TOLERANCE:g} Hz of each measured peak. Both half widths "
         f"are for 95 %: of the drives by Student's t, of the prediction over {DRAWS} repeats of "
-        "its measurements. A difference within both together is as predicted. Prototypes that "
-        "differ from their drawing show here too: characterise the parts that were driven.",
+        "its measurements. A difference within both together is as predicted. Differences between "
+        "prototype and drawing appear here as well: characterise the parts that were driven.",
     )
     report.table("driven", table, "Every booming peak with today's parts.")
     report.summary |= {"n_peaks": len(table), "n_as_predicted": kept, "n_not_decided": undecided}

@@ -167,8 +167,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     answer = _answered(_measure_again(model, designs, options), designs)
     repeated = answer.repeated
     report = Report(
-        "How surely we know what the mounts bring",
-        "With the errors of all measurements: how sure are levels and changes in "
+        "How certain is the effect of the mounts",
+        "With the errors of all measurements: how certain are levels and changes in "
         f"{', '.join(repeated.vehicles)}, and what should be measured next?",
     )
     report.explain(
@@ -188,7 +188,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     priors = sources.loc[sources["from"] == PRIOR, "source"]
     report.warn(
         f"Stated, not measured: {', '.join(priors)}. Measure some vehicles in two ways "
-        "(--vehicle) to replace what concerns transfer functions."
+        "(--vehicle) to replace the values for transfer functions."
         if len(priors)
         else "",
         *motion_report(repeated.index, repeated.rows[:1]).warnings,
@@ -297,7 +297,7 @@ def _answer_in_words(answer: _Answer) -> tuple[str, str, str]:
         f"{answer.design} changes the mean level by {change} ± {half:.2f} dB in these vehicles "
         f"(90 %); {next_measurement}.",
         for_any,
-        f"Errors of measurement alone; what the model leaves out stands on the page of the front. "
+        f"Errors of measurement only; the page of the front shows the errors of the model. "
         f"Today's mean level: {level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A).",
     )
 
@@ -526,11 +526,11 @@ def _levels(report: Report, repeated: Repeated) -> None:
     """Show levels and changes with their intervals."""
     report.section(
         "Levels and changes",
-        "Every measurement is drawn again with its errors, the same for all designs and "
-        f"vehicles, {len(repeated.again.level)} times, and everything is computed from what comes "
-        "out. A wrong calibration moves all levels of a vehicle and no change; so changes are "
-        "known much better. Intervals hold the truth in 90 % of all cases; they need not "
-        "lie evenly about the measured value, because noise fills notches.",
+        "The errors of every measurement are drawn again, the same for all designs and vehicles, "
+        f"{len(repeated.again.level)} times, and everything is computed from each draw. An error "
+        "of calibration shifts all levels of a vehicle alike and cancels in changes, so changes "
+        "are much more certain. Intervals contain the truth in 90 % of all cases. They may be "
+        "asymmetric about the measured value, because noise fills notches.",
     )
     level = repeated.interval(lambda drawn: drawn.level)
     change = repeated.interval(lambda drawn: _change(drawn.level))
@@ -580,12 +580,12 @@ def _next(report: Report, following: pd.DataFrame) -> None:
     """Show what one more measurement would narrow."""
     report.section(
         "What to measure next",
-        "Half widths of 90 % intervals that are to be expected after one more measurement, "
-        "computed from the variances as they are. “Any vehicle and load case” takes those "
-        "measured for a sample of all; their choice then counts, with Student's t for so few.",
+        "Expected half widths of the 90 % intervals after one more measurement, from the "
+        "variances of today. “Any vehicle and load case” treats the measured vehicles and load "
+        "cases as a sample of all, with Student's t for their small number.",
     )
     decimals = {name: 3 for name in map(str, following) if name.endswith("[dB]")}
-    caption = "Sorted by what they are worth for the first question."
+    caption = "Sorted by their worth for the first question."
     report.table("next", following, caption, decimals)
 
 

@@ -1,4 +1,4 @@
-"""How stiff are the mounts in operation, and how far may the answer be believed?
+"""How stiff are the mounts in operation, and how reliable is the answer?
 
 Accelerometers on the powertrain and force cells under its mounts, in 27 runs with rising torque in
 gears 5 to 7, give operating dynamic stiffness, response surfaces and an error budget. Without
@@ -123,14 +123,14 @@ def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ..
     report = Report(
         "Mounts from raw sensors",
         f"How stiff are {', '.join(mount.name for mount in result.campaign.mounts)} in "
-        "operation, and how far may the answer be believed?",
+        "operation, and how reliable is the answer?",
     )
     report.explain("dynamic stiffness")
     report.inputs += inputs
     report.warn(
-        "A high R² is no accuracy: it compares the surface with what was measured, and a measuring "
-        "chain that is half a degree askew is askew in every run. The error budget says how far to "
-        "believe a direction.",
+        "A high R² does not prove accuracy. It compares the surface with measured values, and a "
+        "measuring chain with an error of half a degree has this error in every run. The error "
+        "budget says how reliable a direction is.",
         "The errors against the truth are those of the virtual test bench, whose noise and "
         "alignment errors are stated, not those of a particular laboratory."
         if has_truth
@@ -230,13 +230,13 @@ def _accuracy(
     shared = ""
     if truth is not None:
         shared = (
-            " Lines of one bench share its errors, so that its band may hold all or hardly any of "
-            "them; over many benches it should hold 95 %."
+            " All lines of one bench share its errors, so the band may contain all of them or "
+            "hardly any. Over many benches it should contain 95 %."
         )
     report.section(
         "How far to believe it",
-        "What the measuring chain leaves unknown, how far the result is from the truth where that "
-        "is known, and how well the surface follows what was measured.",
+        "Uncertainty from the measuring chain, error against the truth (if the truth is known), "
+        "and fit of the surface to the measured values.",
     )
     alone = [name for name in uncertainty.columns if name.endswith(ALONE)]
     report.table(
@@ -267,8 +267,9 @@ def _transfer(report: Report, bench: CharacterisedBench) -> None:
     """Show how the cells below the mounts are calibrated."""
     report.section(
         "Force transfer matrices",
-        "A shaker at the virtual point of each mount says what the cells below it make of a force "
-        "there. The force in operation is the inverse of that matrix times the cells' force.",
+        "A shaker at the virtual point of each mount shows how the cells below measure a force at "
+        "that point. The force in operation is the inverse of this matrix times the force of the "
+        "cells.",
         folded=True,
     )
     matrices = force_transfer_matrices(bench)
@@ -351,9 +352,9 @@ def _motion(report: Report, bench: CharacterisedBench) -> None:
     report.table(
         "quality",
         quality_of_motion(bench),
-        "Whether the sensors agree, in the order in which a laboratory repairs things: "
-        "the first check needs the position sheet alone, the last leaves one sensor "
-        "out at a time and names the culprit.",
+        "Checks whether the sensors agree, in the order in which a laboratory corrects errors: "
+        "the first check needs only the position sheet, the last leaves out one sensor at a time "
+        "and names the faulty sensor.",
     )
 
 

@@ -153,8 +153,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     index: Any = front.model
     level = index.models[0]
     report.warn(
-        "A direction that a part's characterisation could not identify keeps the force of today's "
-        "part, and so does a line outside of the region that the part was measured in.",
+        "A direction that the characterisation of a part could not identify keeps the force of "
+        "today's part. So does a line outside the measured region of the part.",
         *motion_report(level, np.ones((1, len(level.variable_names)))).warnings,
     )
     report.summary |= _summary(chosen)
@@ -299,10 +299,10 @@ def _answer_in_words(chosen: _Selection) -> tuple[str, str, str]:
         for what, (_, change) in stated
     ]
     return (
-        f"{advice}: at the best the catalogue's {'; '.join(words)}.",
+        f"{advice}: at best the {'; '.join(words)}.",
         f"Mean level at the driver's ear of {len(front.responses)} vehicles, verified with "
-        f"{front.judge.n_samples} draws that the search never saw; a difference below about "
-        f"{HEARD:g} dB is not heard from drive to drive. Best-mean: "
+        f"{front.judge.n_samples} draws that the search has not seen. From drive to drive nobody "
+        f"hears a difference below about {HEARD:g} dB. Best-mean: "
         f"{peaks_sentence(chosen.heard, chosen.best)}.",
         abbreviations(chosen.model.runs.platform.mounts),
     )
@@ -335,7 +335,7 @@ def _panels(report: Report, chosen: _Selection, name_of_run: str) -> None:
     report.panel(
         "What to do next",
         Step("deboom run mount_selection --catalogue FILE", "choose from other parts"),
-        Step("deboom run u06_robust_front", "what a part of no catalogue would bring"),
+        Step("deboom run u06_robust_front", "the effect of a part that is in no catalogue"),
         Step(f"deboom show {name_of_run}", "all numbers of this run"),
     )
 

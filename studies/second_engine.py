@@ -123,8 +123,8 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
     del context  # nothing here is long enough to be resumed
     report = Report(
         "Another engine on mounts of the library",
-        "Do mounts that were characterised under one engine predict the forces that another "
-        "engine measures on them?",
+        "Do mounts that were characterised under one engine predict the measured forces of "
+        "another engine?",
     )
     report.explain("dynamic stiffness")
     with progress_bar("second engine") as progress:
@@ -456,16 +456,17 @@ def append_second_engine(report: Report, first: SecondEngine) -> None:
         )
     if len(identified) < len(forces):
         report.warn(
-            "A direction that is not identified was measured with an error that its error budget "
-            "puts beyond use; the forces of a second engine in it prove nothing."
+            "A direction is not identified if its error budget is too large to use it. Forces of "
+            "a second engine in such a direction prove nothing."
         )
     campaigns = ", ".join(sorted({entry.identity.campaign for entry in first.mounts}))
     report.section(
         "A second engine",
         f"Mounts characterised in {campaigns} carry another engine in {first.campaign.name}, of "
-        f"order {first.campaign.order:g}. Its own motion and static forces with the surfaces give "
-        "its forces, which are compared with those its cells measured. Unlike held-out runs of "
-        "one campaign, engine, motion and sensors are others. Lines outside of the region in which "
+        f"order {first.campaign.order:g}. The forces are computed from the motion and static "
+        "forces of this engine and from the surfaces of the mounts, and compared with the forces "
+        "of its cells. Unlike in held-out runs of one campaign, engine, motion and sensors are "
+        "different. Lines outside of the region in which "
         "a mount was measured are counted, and not predicted.",
     )
     main = [n for n in first.predictions if n.endswith(f" {main_axis(first.mount_of(n))}")]

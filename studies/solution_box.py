@@ -560,17 +560,17 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
     report.section(
         "The box",
         f"Limit: {origin}, {limits} dB(A), {study.response.quantity}, "
-        f"{low:g} to {high:g} Hz. A part is accepted "
-        "if every direction lies in its interval, whatever the others are. The largest box, by the "
+        f"{low:g} to {high:g} Hz. A part is accepted if every direction lies in its interval. The "
+        "largest box, by the "
         "sum of weight times logarithm of width, was found from "
         f"{len(solution.start_log_volumes)} starts in {solution.seconds:.1f} s; stiffness in N/mm "
         f"is the {study.condition}. {study.on_bounds.sum()} of the {2 * study.effective.sum()} "
-        "ends lie on the bounds that were searched: there the limit asks for nothing. In the "
+        "ends lie on the bounds that were searched: there the limit demands nothing. In the "
         f"geometric mean the intervals are {study.width_over_plain:.1f} times as wide as those of "
         f"±{PERCENT * study.tolerance:g} % about the Pareto point.\n\n"
-        "The last two columns say what the ends are worth: of parts exactly at that end, so many "
-        "keep the limit. At the optimum all ends that are not bounds cost the same share per "
-        "weight; an end well above the share lies on its bound.",
+        "The last two columns give, for parts exactly at an end, the share that keeps the limit. "
+        "At the optimum all ends that are not bounds cost the same share per weight. An end with "
+        "a much higher share lies on its bound.",
     )
     box, plain = study.box, study.plain
     report.figure(
@@ -635,8 +635,8 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
         f"{check.n_parts} parts, {LAW}, that the search has not seen: "
         f"{_percent(check.share, 2)} of {what} keep the limit, at least "
         f"{_percent(check.bound, 2)} with {_percent(check.confidence, 0)} confidence (the "
-        "vehicles of one part are not independent, so each part counts once).\n\nThat is the "
-        "share in the cars as they were measured. With every measurement drawn again it lies "
+        "vehicles of one part are not independent, so each part counts once).\n\nThis is the "
+        "share in the cars as they were measured. With the errors of every measurement it lies "
         f"between {_percent(float(certainty.lower), 0)} and "
         f"{_percent(float(certainty.upper), 0)}, with 90 % confidence: the level of a car is "
         "known to half a decibel only.",

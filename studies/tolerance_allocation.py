@@ -149,9 +149,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     _answer(report, sets, options, abbreviations(model.platform.mounts))
     _panels(report, sets, run_name(context, "tolerance_allocation"))
     report.warn(
-        "The price of a tolerance is an assumption unless you bring your own: by default "
-        "every direction costs 1 at ±15 % and twice as much at half the width. Ratios of "
-        "costs hold for prices without a fixed part.",
+        "The price of a tolerance is an assumption unless you state your own prices. By default "
+        "every direction costs 1 at ±15 % and twice as much at half the width. Ratios of costs "
+        "are valid for prices without a fixed part.",
         *motion_report(sets.index, design[np.newaxis]).warnings,
     )
     report.summary |= _summary(sets, options)
@@ -387,8 +387,8 @@ def _allocation_section(report: Report, sets: _Sets) -> None:
 
     report.section(
         "Allocation",
-        "A direction at the widest tolerance needs no precision; one that is tighter than "
-        "the rest is what the noise scatters by.",
+        "A direction at the widest tolerance needs no precision; the directions with the tightest "
+        "tolerances make the noise scatter.",
     )
     panels = [
         panel("tolerance ± [%]", PERCENT * cheapest.tolerance, PERCENT * uniform.tolerance),
@@ -417,7 +417,7 @@ def _allocation_section(report: Report, sets: _Sets) -> None:
 
 def _verification_section(report: Report, sets: _Sets) -> None:
     """List cost and scatter of each set, as chosen and as new draws show it."""
-    report.section("Verification", f"{DRAWS} draws of the parts that nothing was chosen by.")
+    report.section("Verification", f"{DRAWS} new draws of the parts.")
     chosen, check = "sigma of the level, chosen with [dB]", "sigma of the level, verified [dB]"
     allocations, verified = sets.named.values(), sets.verified.values()
     verification = pd.DataFrame(

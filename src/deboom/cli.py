@@ -149,9 +149,9 @@ def run(
 ) -> None:
     """Run a study and print the folder of its results as the last line.
 
-    Each study brings its own options: `deboom run STUDY --help` explains them. Common to all are
-    --out (where results go, default `results`), --seed (an integer from 1) and --resume RUN (go on
-    with an interrupted run; `deboom list` shows it).
+    Each study has its own options: `deboom run STUDY --help` explains them. All studies have --out
+    (folder of results, default `results`), --seed (an integer from 1) and --resume RUN (continue an
+    interrupted run; `deboom list` shows these runs).
     """
     if study is None or study in ("--help", "-h"):
         typer.echo(context.get_help())

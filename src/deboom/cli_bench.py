@@ -182,10 +182,10 @@ def campaign(
 ) -> None:
     """Write a measurement campaign: raw channels of runs, shaker runs, suppliers' curves.
 
-    Gears 3 to 7, full load with torque limits and load slices, rising and falling (UFF, one file
-    per run), the position sheet and a campaign.toml that names them. `deboom characterise` makes
-    mounts of it. The exact truth goes to the folder `truth/`, which no command reads but to
-    compare.
+    Runs in gears 3 to 7, at full load with torque limits and as load slices, rising and falling
+    (UFF, one file per run), the position sheet, and a campaign.toml that names them. `deboom
+    characterise` makes mounts of the campaign. The exact truth goes to the folder `truth/`, which
+    commands read only for comparison.
     """
     from deboom.bench.campaign import (
         FULL_PLAN,
@@ -314,11 +314,11 @@ def operation(
 ) -> None:
     """Write the test of a running refrigerant compressor: its unbalance shakes it.
 
-    A hammer test without hoses (hammer/), then speed sweeps from 1000 to 9000 1/min at 7.5 and 13.5
-    bar, with the hoses of the vehicle and with long soft ones, as spectra of first order with the
-    speed of the tacho (sweeps/, UFF), and an operation.toml that names them and the hoses as drawn.
-    Six unbalances leave 20 g mm and 1200 g mm²; gas forces grow with the pressure, unbalances do
-    not. The exact truth goes to the folder `truth/`, which no identification reads.
+    A hammer test without hoses (hammer/); speed sweeps from 1000 to 9000 1/min at 7.5 and 13.5 bar,
+    with the hoses of the vehicle and with long soft hoses, as spectra of first order with the speed
+    of the tacho (sweeps/, UFF); and an operation.toml that names them and the hoses of the drawing.
+    Six unbalances together make 20 g mm and 1200 g mm². Gas forces grow with the pressure,
+    unbalances do not. The exact truth goes to the folder `truth/`, which no identification reads.
 
     Try: deboom bench operation running --hammer-with-hoses --mount-storage 0.9 --mount-loss 1.1
     """
@@ -360,11 +360,11 @@ def electric_car(
 ) -> None:
     """Write one electric car and its compressor as a laboratory measures them.
 
-    The compressor under the hammer (hammer/); its sweeps in the car with the car's hoses and with
-    long soft ones: compressor, body side of every mount, driver's ear (sweeps/, operation.toml);
-    the body under the hammer around every mount and hose end, compressor taken out: pressure at the
-    ear and acceleration (ntf/, car.toml). The exact truth goes to the folder `truth/`, which no
-    study reads.
+    A hammer test of the compressor (hammer/); sweeps in the car, with the hoses of the car and with
+    long soft hoses, at compressor, body side of every mount and driver's ear (sweeps/,
+    operation.toml); a hammer test of the body around every mount and hose end, without the
+    compressor, with pressure at the ear and acceleration (ntf/, car.toml). The exact truth goes to
+    the folder `truth/`, which no study reads.
 
     Try: deboom bench electric-car car --car EV-2 --hammer-with-hoses
     """

@@ -35,26 +35,26 @@ def orders(
 ) -> None:
     """Make an operating run of a run over time, and add it to its campaign.
 
-    The recording is a file of UFF, MDF, TDMS, HDF5, MATLAB, LabVIEW LVM, or WAV with a table of its
-    calibration; docs/guides/your-own-data.md says what each needs.
+    The recording is a file of UFF, MDF, TDMS, HDF5, MATLAB or LabVIEW LVM, or a WAV file with a
+    table of its calibration. docs/guides/your-own-data.md says what each format needs.
 
-    The tacho is repaired and gives the shaft's angle; the dominant order of all accelerometers and
-    cells becomes complex spectra over engine speed, phase to the tacho, with engine torque and
-    static forces at the same lines. The run gets a file (UFF) and an entry in campaign.toml;
-    nothing is overwritten. `deboom characterise` uses it like any other run:
+    The tacho is repaired and gives the angle of the shaft. The dominant order of all accelerometers
+    and cells becomes complex spectra over engine speed, with phases relative to the tacho, and with
+    engine torque and static forces on the same lines. The run gets a UFF file and an entry in
+    campaign.toml; nothing is overwritten. `deboom characterise` uses it like any other run:
 
     deboom orders CAMPAIGN g5_wot220_time, then deboom characterise CAMPAIGN --library mounts.db.
     Both in one: deboom characterise CAMPAIGN --library mounts.db --time-runs.
 
-    By default the orders beside the dominant one are 0.5, and twice and four times it.
+    By default the other orders are 0.5, and twice and four times the dominant order.
 
-    pulses_per_revolution counts the pitches of the tacho's wheel, missing teeth included, or the
-    stripes of its tape. The gap or the seam that comes back with the revolution checks it; a seam
-    is corrected. Channels that were sampled more slowly are resampled to the fastest.
+    pulses_per_revolution is the number of pitches of the tacho's wheel, missing teeth included, or
+    the number of stripes of its tape. It is checked by the gap or the seam that returns with every
+    revolution, and a seam is corrected. Slowly sampled channels are resampled to the fastest rate.
 
-    The output says what the spectra resolve: bandwidth, the finest detail that the run-up leaves,
-    and what noise and neighbouring orders pretend; what checked the pulses per revolution, or that
-    nothing did; and what was resampled.
+    The output says what the spectra resolve: the bandwidth, the finest detail that the run-up
+    leaves, and the level of noise and neighbouring orders in the result. It also says what checked
+    the pulses per revolution, or that nothing did, and which channels were resampled.
     """
     from deboom.measurement.order_tracking import TrackingOptions
     from deboom.runs.campaigns import described_orders, orders_into_campaign
@@ -114,7 +114,7 @@ def show(
     part_number: PartNumber = None,
     serial: Serial = None,
 ) -> None:
-    """Show one mount: where it sits, and how far to believe each direction."""
+    """Show one mount: its position, and how reliable each direction is."""
     from deboom.mounts.library import open_library
 
     with open_library(library) as opened:
@@ -132,7 +132,7 @@ def import_mounts(
         bool, typer.Option("--replace", help="Replace mounts that the library has already.")
     ] = False,
 ) -> None:
-    """Import the mounts of a JSON export; a library that is missing is made."""
+    """Import the mounts of a JSON export; if the library does not exist, it is made."""
     from deboom.files.library_export import read_library_json
     from deboom.mounts.library import open_library
 
@@ -160,9 +160,9 @@ def import_rig(
 ) -> None:
     """Import a mount that was measured on a rig: ISO 10846-2 direct, or -3 indirect.
 
-    Its dynamic transfer stiffness per preload, along every axis that was excited; lines on which
-    the output side moves within 20 dB of the input side count as not valid. A library that is
-    missing is made.
+    The library gets the dynamic transfer stiffness per preload, along every axis that was excited.
+    Lines on which the output side moves within 20 dB of the input side count as not valid. If the
+    library does not exist, it is made.
     """
     from deboom.files.mount_rig import read_mount_rig, write_stiffness
     from deboom.mounts.library import open_library

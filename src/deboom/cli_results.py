@@ -32,7 +32,7 @@ def list_(
 ) -> None:
     """List finished, running and unfinished runs: question, seed, date and headline numbers.
 
-    An unfinished run was interrupted: `deboom run STUDY --resume RUN` goes on with it.
+    An unfinished run was interrupted. `deboom run STUDY --resume RUN` continues it.
     """
     from deboom.runs.overview import list_lines, refresh_overview
 
@@ -99,18 +99,20 @@ def report(
 ) -> None:
     """Write further pages from a finished run: for a mount supplier, or to explore its front.
 
-    --supplier: two pages of A4 and a workbook per mount, of an engine or, from a run of
-    compressor_robust_front, of a compressor: one nominal stiffness, one band and one state per
-    direction, the test of a part, the rules of acceptance, what the process must show, what it is
-    worth. --box gives bands and limits, --tolerances bands where no box was made, --sharing part
-    numbers; programme.toml beside the platform gives drawing, volumes, weight forces and test
-    conditions. Of a run of u06_sensitivity: how much hangs on each direction, per vehicle.
-    A sheet that is there is not overwritten: --out names the folder of the next revision.
-    --interactive: one offline page with the model in it. Sliders change every stiffness, the page
-    computes the levels of all vehicles with their scatter and improves a design within limits;
-    below, designs of a front or an experiment are brushed, pinned and heard. --beside lays another
-    front over it, --vehicle names the vehicles of a page that would be too large. The model is
-    built again from the run's options; edited files are refused.
+    --supplier writes two pages of A4 and a workbook for each mount of an engine or, from a run of
+    compressor_robust_front, of a compressor. They state one nominal stiffness, one band and one
+    state per direction, the test of a part, the rules of acceptance, the demands on the process,
+    and the worth of a better process. Bands and limits come from --box, or bands from --tolerances
+    if there is no box, and part numbers from --sharing. programme.toml beside the platform gives
+    drawing, volumes, weight forces and test conditions. From a run of u06_sensitivity, the page
+    shows the share of each direction in the noise, per vehicle. An existing sheet is not
+    overwritten: give --out for the next revision.
+
+    --interactive writes one offline page that contains the model. Sliders change every stiffness;
+    the page computes the levels of all vehicles with their scatter, and improves a design within
+    limits. In its lower part you select, pin and hear designs of a front or an experiment. --beside
+    adds another front, and --vehicle chooses vehicles if the page would be too large. The model is
+    built again from the options of the run; edited files are refused.
     """
     from deboom.errors import InputError
 
@@ -168,9 +170,10 @@ def listen(
 ) -> None:
     """Hear a front: the run-up at the driver's ear with today's mounts and with a pick, as WAV.
 
-    Every file has the same full scale, stated in pascals in listen.json, so that loudness can be
-    compared. Only the engine order of the study sounds, from the first to the last frequency of its
-    band at an even rise of speed: use headphones, small loudspeakers do not play 20 to 60 Hz.
+    All files have the same full scale, stated in pascals in listen.json, so that you can compare
+    loudness. Only the engine order of the study is heard, from the first to the last frequency of
+    its band, at a constant rise of speed. Use headphones: small loudspeakers do not play 20 to 60
+    Hz.
 
     Try: deboom listen results/u06_platform/RUN --seconds 15
     """
@@ -188,9 +191,9 @@ def serve(
 ) -> None:
     """Look at results in the browser while searches run: fronts grow, runs stand side by side.
 
-    The page shows what the other commands write, and changes nothing. It answers this computer
-    only, at the address that is printed; that address holds a secret, so do not pass it on.
-    Ctrl+C ends it.
+    The page shows the results of the other commands and changes nothing. It is available on this
+    computer only, at the printed address. The address contains a secret, so do not pass it on.
+    Ctrl+C ends the server.
 
     Needs `pip install 'deboom[serve]'`. Try: deboom serve --port 8050
     """
@@ -227,14 +230,15 @@ def new(
 ) -> None:
     """Write a folder to fill in with measurements of your own.
 
-    platform is for noise transfer functions of vehicles and operating spectra at their mounts;
+    KIND is platform for noise transfer functions of vehicles and operating spectra at their mounts;
     campaign for runs of a powertrain on a bench, which characterise mounts; vehicle for one car
-    with noise transfer functions both ways; compressor for a roving-hammer test; operation for
-    run-ups of a compressor; car for an electric car with its compressor; hammer for hits over time.
+    with noise transfer functions measured in both directions; compressor for a roving-hammer test;
+    operation for run-ups of a compressor; car for an electric car with its compressor; component
+    for component TPA; hammer for hits over time.
 
-    --mount names a mount of a platform, campaign or vehicle; with =left,right the pieces of one
-    part number. The folder holds a TOML file with a comment on each key, tables with their columns
-    and units, and a README. `deboom check FOLDER` lists what is still to be filled in.
+    --mount names a mount of a platform, campaign or vehicle; =left,right names the pieces of one
+    part number. The folder contains a TOML file with a comment on each key, tables with their
+    columns and units, and a README. `deboom check FOLDER` lists what you still have to fill in.
 
     Try: deboom new platform my_platform --mount EnM --mount Du=left,right --vehicle car-1
     """
@@ -261,13 +265,13 @@ def check(
         Path, typer.Argument(metavar="FOLDER", help="Folder of any kind that `deboom new` writes.")
     ],
 ) -> None:
-    """List what is missing or wrong in a folder of measurements, or what it holds.
+    """List what is missing or wrong in a folder of measurements, or show what was read.
 
-    The file in the folder, such as platform.toml or campaign.toml, says of which kind it is. Its
-    keys are looked at first, then tables, then files of functions, then the physics: all faults of
-    the first of these that has one are listed, and what was not looked at is named. Each fault
-    names its file, the item and the remedy; exit code 2. Without a fault: what was read, such as
-    mounts, vehicles, lines and runs; exit code 0.
+    The kind of the folder follows from its file, such as platform.toml or campaign.toml. The checks
+    have four stages: keys of this file, tables, files of functions, physics. The command lists all
+    faults of the first stage that has any, and names the stages that it did not reach. Each fault
+    names its file, the item and the remedy; the exit code is 2. Without a fault the command shows
+    what was read, such as mounts, vehicles, lines and runs; the exit code is 0.
     """
     from deboom.files.check import check_folder
 

@@ -61,12 +61,12 @@ class Box:
 
 @checked(limit="r", lower="k", upper="k")
 class BoxQuestion:
-    """Which box is asked for: the one with the largest ``Σ_k weight_k log(upper_k - lower_k)``.
+    """The question that asks for the box with the largest ``Σ_k weight_k log(upper_k - lower_k)``.
 
     Parameters
     ----------
     response : BoomingModel or another evaluation with a gradient
-        Designs, shape (n, k) → responses, shape (n, r); what cannot be computed keeps no limit.
+        Designs, shape (n, k) → responses, shape (n, r); a failed design keeps no limit.
     limit : array, shape (r,)
         Largest value of each response that is kept [unit of the responses].
     share : float
@@ -76,12 +76,12 @@ class BoxQuestion:
     weight : array, shape (k,), optional
         Cost of a per cent of tolerance, above 0; only ratios count. Default is 1 [1].
     together : bool
-        Whether a part counts as a whole and must keep all its limits (worst vehicle).
+        Whether a part must keep all limits; otherwise pairs of part and response are counted.
 
     Raises
     ------
     InputError
-        Limits, bounds, weights or a share that cannot be; a model without gradient; nothing free.
+        Impossible limits, bounds, weights or share; a model without gradient; no free variable.
 
     Examples
     --------

@@ -164,10 +164,9 @@ class Around(RobustEvaluation):
 
 @dataclass(frozen=True, eq=False, init=False)
 class Robust:
-    """A model wrapped with manufacturing scatter: designs are made as ``x (1 + σ_rel z)``.
+    """A model with manufacturing scatter: a design x is made as ``x (1 + σ_rel z)``.
 
-    Variables of an absolute tolerance or of another distribution are made as their `DesignSpace`
-    says.
+    Variables with an absolute tolerance or with another distribution follow their `DesignSpace`.
 
     ``robust(designs)`` gives mean and standard deviation of each response, shape (n, r) [unit of
     the responses], and their sums, which a search minimises.
@@ -181,9 +180,9 @@ class Robust:
     sample : ToleranceSampler, optional
         The draws ``z``; by default scrambled Sobol points.
     nominal_mean : bool
-        Take the response of the design itself for its mean, instead of the mean over the sample.
+        Take the response of the design itself in place of the mean over the sample.
     estimator : Estimator
-        How mean and standard deviation are read from the draws.
+        How mean and standard deviation are estimated from the draws.
     objectives : tuple of Objective
         Numbers that a search minimises, at least two: by default the sums over the responses of
         mean and σ.
@@ -191,8 +190,8 @@ class Robust:
         What the variables' scatter has in common; by default it is independent. The sample then has
         one column per draw of the structure.
     draws : int
-        Draws of the scatter where no sample is given, a power of two; every design meets the same
-        ones.
+        Draws of the scatter if no sample is given, a power of two; all designs have the same
+        draws.
     seed : int
         Seed of these draws, from 1.
     limits : sequence of RobustLimit, optional

@@ -609,15 +609,16 @@ def search(
     progress: Progress | None = None,
     checkpoint: Checkpoint | None = None,
 ) -> Front:
-    """Search the robust front, let it converge, and verify it with draws it never saw.
+    """Search the robust front, let it converge, and verify it with new draws.
 
-    NSGA-II keeps every evaluation. Where two means or sigmas are minimised, all designs share their
-    draws and no variable takes whole numbers only, gradients do the rest: of a model with exact
-    slopes, such as a `deboom.BoomingModel` in prescribed or coupled motion, the whole front
-    converges (`deboom.explore.descent.converged_front`), also within limits of means, sigmas and
-    numbers of the design itself that have a ``gradient``, and joins what NSGA-II evaluated; of any
-    other smooth model without limits each `Pick` goes on by differences. Elsewhere picks are the
-    best of all evaluated designs. At last the designs that are shown are evaluated again.
+    NSGA-II keeps every evaluation. Gradients then improve the front, if the objectives are two
+    means or sigmas, all designs share their draws, and no variable takes whole numbers only. For a
+    model with exact gradients, such as a `deboom.BoomingModel` in prescribed or coupled motion, the
+    whole front converges (`deboom.explore.descent.converged_front`), also within limits of means,
+    sigmas and numbers of the design itself that have a ``gradient``. For any other smooth model
+    without limits, each `Pick` is improved along gradients from differences. In all other cases the
+    picks are the best of all evaluated designs. Finally the designs that are shown are evaluated
+    again with new draws.
 
     Parameters
     ----------

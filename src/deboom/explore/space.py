@@ -249,7 +249,7 @@ class Differentiable(Evaluate, Protocol):
 
 @dataclass(frozen=True)
 class ResponseFunction:
-    """A plain function with the names that make it explorable.
+    """A function of designs with the names and the unit that an exploration needs.
 
     Parameters
     ----------
@@ -260,12 +260,13 @@ class ResponseFunction:
     response_unit : str
         Unit of all responses.
     n_lines : int
-        Lines that each response is the sum of, such as SPLV; results then say the mean as well.
+        Number of lines if each response is a sum over lines, such as SPLV; results then have the
+        mean over the lines as well.
 
     Raises
     ------
     InputError
-        When it is called: a function that refuses designs of k columns.
+        At a call: the function does not accept designs of k columns.
 
     Examples
     --------

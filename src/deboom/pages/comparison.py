@@ -196,7 +196,10 @@ class Comparison:
             if judged_pair.verdict is not FrontVerdict.real
         ]
         if FrontVerdict.real not in verdicts:
-            return f"No front is better than chance may make it: {best}; {'; '.join(alike)}."
+            return (
+                f"Chance can explain all differences between these fronts: {best}; "
+                f"{'; '.join(alike)}."
+            )
         return f"{best} has the best front; not told apart from it: {'; '.join(alike)}."
 
     def gap(self, first: str, second: str) -> float:
@@ -343,7 +346,9 @@ def comparison_report(study: Comparison) -> Report:
         if np.isfinite(gap):
             level = f"{signed(gap, 3)} {unit_word(study)}".strip()
             report.tile(level, "level at equal σ, first minus second")
-            beside = f"At equal σ the mean level of {first} lies {level} from that of {second}."
+            beside = (
+                f"At equal σ the mean level of {first} differs by {level} from that of {second}."
+            )
     report.answer(
         " ".join(sentences([study])),
         beside,
@@ -419,7 +424,8 @@ def _verdict(report: Report, study: Comparison) -> None:
     report.figure(
         "noise",
         lambda: plot.interval_panels([f"{first} − {second}" for first, second in shown], [panel]),
-        "Difference of hypervolume, ± what other draws and other seeds could give as well (99 %).",
+        "Difference of hypervolume, with the interval that other draws and other seeds can "
+        "explain (99 %).",
     )
     report.table(
         "pairs",
@@ -557,7 +563,10 @@ def verdict_sentence(study: Comparison, pair: tuple[str, str]) -> str:
     if judged_pair.verdict is FrontVerdict.open:
         why = "a single run that keeps no convergence.csv does not say how far to trust it"
         if np.isfinite(noise):
-            why = f"{signed(value, 2)} % hypervolume, and fewer seeds may err by ±{noise:.2f} %"
+            why = (
+                f"{signed(value, 2)} % hypervolume; with so few seeds chance may give "
+                f"±{noise:.2f} %"
+            )
         return f"{first} against {second}: not decided, {why}; run {ENOUGH_SEEDS} seeds of each."
     if judged_pair.verdict is FrontVerdict.noise:
         return (
@@ -597,7 +606,7 @@ def _method(study: Comparison) -> str:
         f"The best front of all runs together spans a box from its ideal ({ideal}) to its nadir "
         f"({nadir}). The reference point of the hypervolume ({corner}) lies a tenth of the box "
         "beyond the nadir; the hypervolume is given as the share of the box up to there.\n\n"
-        f"A difference is called real when chance gives it in less than "
+        f"A difference is real if chance gives such a difference in less than "
         f"{PERCENT * (1 - REAL_FROM):g} % of all cases. Chance is in the draws (spread of the "
         f"difference over the {SETS} sets) and in the searches: with {ENOUGH_SEEDS} seeds or more "
         "of a configuration their own spread counts; with fewer, what the last "

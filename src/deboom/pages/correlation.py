@@ -331,8 +331,8 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
     report = _begun(
         study,
         "Correlation of vehicle groups",
-        "Do the groups of a platform, and their vehicles, rise and fall together when mount "
-        "stiffnesses change, so that one group can stand for the others?",
+        "Do the levels of groups and vehicles of a platform rise and fall together when mount "
+        "stiffnesses change, so that one group can represent the others?",
     )
     _family_tile(report, study)
     pair = " and ".join(by_group.designs.names[place] for place in worst)
@@ -415,8 +415,8 @@ def _answer(report: Report, study: CorrelationStudy, finding: str) -> None:
     report.answer(
         f"{verdict}: {finding}.",
         f"A family: any two of its vehicles correlate by {families.cut:g} or more over "
-        f"{len(study.doe)} designs. What quietens one vehicle of it quietens the others; how much "
-        "is another matter.",
+        f"{len(study.doe)} designs. A change that makes one of its vehicles quieter makes the "
+        "others quieter as well, but not by the same amount.",
         abbreviations(study.runs.platform.mounts),
     )
     rows = [
@@ -519,9 +519,9 @@ def _begun(study: CorrelationStudy, title: str, question: str) -> Report:
         f"{space.lower.min():g} and {space.upper.max():g}; {doe.n_failed} failed. Each was "
         f"also made {study.by_vehicle.scatter.n_draws} times within its tolerance of "
         f"±{100 * space.tolerance.max():.0f} % (three standard deviations){lost}.\n\n"
-        "Three correlations are told apart. Designs: the levels of the designs as drawn, the "
-        "thesis's. Means: of each design's mean over its scatter. Tolerance scatter: of what "
-        "manufacturing adds, each draw less its design's mean, all designs pooled. Intervals are "
+        "Three correlations are computed. Designs: levels of the designs without scatter, as in "
+        "the thesis. Means: mean level of each design over its scatter. Tolerance scatter: each "
+        "draw minus the mean of its design, for all designs together. Intervals are "
         f"95 % bootstrap intervals over the designs ({study.resamples} resamples): they say how "
         "much the coefficients would move with other designs, not with other vehicles.",
         folded=True,
@@ -576,8 +576,8 @@ def _append_clouds(
     report.figure(
         f"{stem}_variables",
         lambda: plot.variable_grid(variables, responses, label),
-        f"The same levels over the {len(leading)} stiffness factors that they follow most; doe.csv "
-        "has all.",
+        f"The same levels over the {len(leading)} stiffness factors with the largest influence; "
+        "doe.csv has all.",
     )
 
 
@@ -590,9 +590,9 @@ def _append_families(report: Report, study: CorrelationStudy) -> None:
         "Which vehicles can share one mount set?",
         f"{len(families.members)} famil{'y' if len(families.members) == 1 else 'ies'} at "
         f"r = {families.cut:g}: within a family any two vehicles correlate by {families.cut:g} or "
-        "more over the designs (hierarchical clustering of 1 − r, complete linkage). What quietens "
-        "one vehicle of a family then quietens the others; how much it does is another matter and "
-        "shows in σ over designs. A vehicle alone in its family needs its own look before it gets "
+        "more over the designs (hierarchical clustering of 1 − r, complete linkage). A change "
+        "that makes one vehicle of a family quieter then makes the others quieter as well; σ over "
+        "designs shows by how much. Check a vehicle that is alone in its family before it gets "
         "the mounts of the others.",
         leads=True,
     )
@@ -601,9 +601,9 @@ def _append_families(report: Report, study: CorrelationStudy) -> None:
         lambda: plot.clustered_matrix(
             names, designs.pearson, families.merges, number, families.cut
         ),
-        "Pearson's correlation of the vehicles over the designs, in the order of their tree. "
-        "Branches join where the worst pair below them stands; those right of the dashed line are "
-        "families, each with its colour.",
+        "Pearson's correlation of the vehicles over the designs, in the order of their tree. Two "
+        "branches join at the correlation of their worst pair; branches right of the dashed line "
+        "are families, each with its colour.",
     )
     rows = []
     for place, members in enumerate(families.members, 1):

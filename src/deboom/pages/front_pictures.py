@@ -136,8 +136,9 @@ def _paths(report: Report, view: PlatformFront) -> None:
     report.figure(
         "path_contributions",
         lambda: plot.interval_panels(names, loudest),
-        "Each vehicle's loudest booming peak by path: part of each path along today's pressure, "
-        "over today's pressure. Today's add up to 100 %; below 0 a path takes away.",
+        "Share of each path in the pressure of each vehicle's loudest booming peak, in phase with "
+        "today's pressure. Today's shares add up to 100 %; a path with a negative share reduces "
+        "the pressure.",
     )
     _, vehicle, frequency, both = max(sums, key=lambda entry: entry[0])
     turned = np.exp(-1j * np.angle(both[0].sum()))
@@ -189,8 +190,9 @@ def _designs(report: Report, view: PlatformFront) -> None:
             {"level [dB(A)]": kept[level], "σ [dB]": kept[spread]},
             "",
         ),
-        f"Both objectives over the variables that go with the level most, {len(kept)} designs "
-        "that the search evaluated; they crowd where it went.",
+        f"Both objectives over the variables with the largest influence on the level, {len(kept)} "
+        "designs "
+        "that the search evaluated; they lie most densely where the search went.",
     )
     values = view.front.values
     report.figure(
@@ -254,8 +256,8 @@ def _distributions(report: Report, view: PlatformFront) -> None:
         "scatter_of_parts",
         lambda: plot.joint_scatter(parts, {"today": MUTED, "best-mean": ACCENT}),
         f"The scatter of parts: {front.judge.n_samples} sets of mounts as made, the level, mean of "
-        "vehicles and lines, over the stiffness that matters most. A narrow cloud is a level that "
-        "hangs on this one alone.",
+        "vehicles and lines, over the stiffness that matters most. A narrow cloud means that the "
+        "level depends on this stiffness alone.",
     )
     scattered = [pd.DataFrame({"design": name, **columns}) for name, columns in parts.items()]
     report.table("scatter_of_parts", pd.concat(scattered, ignore_index=True))

@@ -80,7 +80,7 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
     report = Report(
         f"Identified compressor: {identification.test.name}",
         "Which mass, centre of gravity, inertia, mount stiffness and rubber explain the hammer "
-        "test of a compressor in its vehicle, and how far may each be believed?",
+        "test of a compressor in its vehicle, and how reliable is each?",
     )
     chi = identification.calibrated.reduced_chi
     _answer(report, identification)
@@ -144,7 +144,7 @@ def _answer(report: Report, identification: Identification) -> None:
             if identification.alarms
             else "a rigid body on mounts explains the test."
         ),
-        f"How sure: ± holds 95 %; residuals are {chi:.2f} times the noise, alarm above {ALARM:g}. "
+        f"How sure: ± means 95 %; residuals are {chi:.2f} times the noise, alarm above {ALARM:g}. "
         "Intervals of all numbers stand below. Axes of the position sheet.",
     )
     report.panel(
@@ -171,10 +171,10 @@ def _procedure(report: Report, first: IdentifiedTest) -> None:
         f"{test.frf.frequency.size} lines from {test.frf.frequency[0]:g} to "
         f"{test.frf.frequency[-1]:g} Hz. {weighed} {np.count_nonzero(identification.fitted)} lines "
         f"in {bands} were fitted.\n\nThe compressor is a rigid body on mounts without rotational "
-        "stiffness of their own: 10 numbers of mass, 20 of stiffness at the virtual point, 5 of "
+        "stiffness: 10 numbers of mass, 20 of stiffness at the virtual point, 5 of "
         "the rubber's gain. Gains, places and angles of all sensors and impacts "
         f"({identification.calibrated.errors.size} numbers) are unknowns as well, held by their "
-        "tolerances: self-calibration. The start is linear and needs no drawing.",
+        "tolerances: self-calibration. The linear start needs no drawing.",
         folded=True,
     )
 
@@ -190,9 +190,9 @@ def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
         "Is the test sound?",
         f"{identification.rigid.statement}\n\nThe condition number of the inertance near 100 Hz is "
         f"{condition:.1f}, with rotations counted as motion at the characteristic length of "
-        f"{1e3 * length:.0f} mm, the radius of gyration. In SI units it is "
-        "nothing but mass over the smallest moment of inertia: the thesis's 450 above 50 Hz says "
-        "nothing of the quality of a measurement or of its inversion.",
+        f"{1e3 * length:.0f} mm, the radius of gyration. In SI units the condition number is only "
+        "mass over the smallest moment of inertia. So the thesis's value of 450 above 50 Hz says "
+        "nothing about the quality of a measurement or of its inversion.",
     )
     sheet = identification.inertance.values
     report.figure(
@@ -211,8 +211,8 @@ def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
     report.table(
         "quality",
         checks,
-        "Checks in the order in which a laboratory repairs things. A reversed or swapped "
-        "channel would have stopped the identification.",
+        "Checks in the order in which a laboratory corrects errors. A reversed or swapped channel "
+        "would have stopped the identification.",
         {"number [1]": 3},
         shown=checks.assign(limit=checks["limit"].str.replace(" ", "\u00a0")),
     )
@@ -241,8 +241,8 @@ def _identified(report: Report, test: IdentifiedTest) -> None:
     report.section(
         "The identified compressor",
         "Origin and axes are those of the position sheet. The inertia is about the centre of "
-        "gravity, products with their sign as matrix elements; it is that of a possible body by "
-        f"construction. K is the stiffness at the virtual point at {REFERENCE_FREQUENCY:g} Hz, "
+        "gravity, products with their sign as matrix elements; by construction it belongs to a "
+        f"possible body. K is the stiffness at the virtual point at {REFERENCE_FREQUENCY:g} Hz, "
         f"where the real part of the gain is 1.{truth}",
     )
     report.figure(
@@ -324,7 +324,7 @@ def _compared(report: Report, test: IdentifiedTest) -> None:
     """Compare measured with identified FRFs, and what was held out with its prediction."""
     report.section(
         "Measured against identified",
-        "Lines that took no part in the fit are predicted as well as those that did, or the model "
+        "Lines outside the fit must be predicted as well as lines in the fit; otherwise the model "
         "is wrong.",
         folded=True,
     )
@@ -369,10 +369,11 @@ def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
     identification, lines = test.identification, test.identification.inertance.frequency
     report.section(
         "Apparent mass, entry by entry",
-        "The apparent mass is the inverse of the inertance: what accelerations of the running "
-        "compressor are multiplied with to find the load inside. By the places of the sheet its "
-        "small entries miss the model, by the calibrated places they follow it: what looks like a "
-        "fault of the inversion is misplacement. apparent_mass.csv has all entries.",
+        "The apparent mass is the inverse of the inertance: multiplied by the accelerations of "
+        "the running compressor, it gives the load inside. With the positions of the sheet its "
+        "small entries differ from the model; with the calibrated positions they agree. What "
+        "looks like an error of the inversion is an error of position. apparent_mass.csv has all "
+        "entries.",
         folded=True,
     )
     _condition(report, identification)
@@ -550,8 +551,9 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
         report.section(
             "The thesis's numbers",
             "From the drawing (table 10) to the fit (table 11): start, bounds and result of least "
-            "squares that take the places of the sheet for exact. A number at its bound has not "
-            "been found. Invisible: nothing but the drawing is known of it. Prior-dominated: more "
+            "squares that take the positions of the sheet as exact. A number at its bound was not "
+            "identified. Invisible: only the drawing says something about it. Prior-dominated: "
+            "more "
             f"than {PRIOR_DOMINATED:.0%} of the bound's width is left. With others only: a part of "
             "it lies in a combination that no test at one point can see.",
             folded=True,

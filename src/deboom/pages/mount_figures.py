@@ -182,8 +182,8 @@ def append_maps(report: Report, bench: CharacterisedBench) -> None:
         "puts the split where the error first exceeds 3 %; that point depends on noise and on the "
         "end from which one looks. Here every split is tried and the one that leaves least squares "
         "is taken, for real and imaginary part apart: a common one moved K by up to 73 % in a "
-        "direction that is hardly loaded. Points are coloured by displacement: that is their "
-        "scatter."
+        "direction that is hardly loaded. Points are coloured by displacement, which explains "
+        "their scatter."
     )
     shown = [
         operating_map

@@ -172,9 +172,9 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         "What to do next",
         Step(f"deboom listen {view.run}", "hear every vehicle, as WAV"),
         Step(f"deboom report {view.run} --interactive", "try other designs in a page"),
-        Step(f"deboom run solution_box --front {view.run}", "how far parts may lie off"),
+        Step(f"deboom run solution_box --front {view.run}", "how far parts may deviate"),
         Step(f"deboom report {view.run} --supplier", "sheets for the supplier to quote"),
-        Step(f"deboom driven {view.run} FOLDER", "hold a driven prototype against this"),
+        Step(f"deboom driven {view.run} FOLDER", "compare a driven prototype with this"),
     )
 
 
@@ -337,7 +337,8 @@ def _conflict(report: Report, view: PlatformFront) -> None:
     text = f"Over the whole front the scatter σ differs by {view.sigma_range:.2g} dB: " + (
         "mean and σ are traded against each other."
         if matters
-        else "nobody hears that, and σ decides nothing. What designs differ in is who gains."
+        else "nobody hears that, and σ decides nothing. Designs differ in the vehicles that "
+        "become quieter."
     )
     if len(names) > 1:
         odd, change = view.worst_vehicle, view.evaluated_changes
@@ -368,8 +369,8 @@ def _conflict(report: Report, view: PlatformFront) -> None:
                 width=width,
             ),
             f"{names[odd]}, which gains least, against the other vehicles: change of the mean "
-            "level over the scatter. Down and left is better; where the cloud bends, one gains "
-            "what the others lose.",
+            "level over the scatter. Down and left is better; where the cloud bends, one vehicle "
+            "gains and the others lose.",
         )
     report.figure(
         "pareto_front",
@@ -496,18 +497,19 @@ def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
     (gain, _), (real, promised) = best.to_numpy(float)
     same = same_designs(prescribed.model, view.index, view.front.robust.space)
     report.text(
-        f"Here the powertrain answers a design ({mine} motion); prescribed motion leaves it as "
-        f"measured. Prescribed motion expects {signed(promised, 1)} dB of its own best-mean, of "
+        f"Here the motion of the powertrain is solved for each design ({mine} motion); prescribed "
+        f"motion keeps the measured motion. Prescribed motion expects {signed(promised, 1)} dB of "
+        "its own best-mean, of "
         f"which {mine} motion expects {signed(real, 1)} dB; the best-mean of {mine} motion brings "
         f"{signed(gain, 1)} dB. Both rank designs alike (correlation "
         f"{same['correlation [1]'].min():.3f} or more), and prescribed motion expects "
         f"{PERCENT / same['slope [1]'].max():.0f} to {PERCENT / same['slope [1]'].min():.0f} % of "
-        "each change, because it leaves out that a softer mount lets the powertrain move otherwise."
+        "each change, because it neglects that a softer mount changes the motion of the powertrain."
     )
     report.table(
         "motions",
         whole,
-        "Change of mean level and of σ by the picks of both motions, as each sees it.",
+        "Change of mean level and of σ by the picks of both motions, predicted with each motion.",
     )
     report.table("same_designs", same)
     report.summary |= {
@@ -633,7 +635,7 @@ def _search(report: Report, view: PlatformFront) -> None:
         "SPLV, and the sum of its standard deviation σ; shown divided by the number of vehicles "
         "and lines.\n\n"
         f"{search.algorithm}, {search.hypervolume.size} generations, {search.seconds:.1f} s. "
-        f"{view.front.text} The search had its σ wrong by "
+        f"{view.front.text} In the search σ was wrong by "
         f"{signed(view.front.sigma_bias_percent, 2)} % and its mean by "
         f"{signed(view.front.mean_bias * view.front.per_line, 3)} dB on average.\n\n"
         "\n\n".join((motion.text, aim_note(view.front.robust))).strip(),
@@ -642,8 +644,9 @@ def _search(report: Report, view: PlatformFront) -> None:
     report.figure(
         "convergence",
         view.front.convergence_picture,
-        "What the front lacks to the last one at equal σ, on average over its range, before "
-        "gradients; flat means that more generations would not have helped.",
+        "Difference between the front of each generation and the last front at equal σ, mean over "
+        "its range, before gradients. A flat end means that more generations would not have "
+        "helped.",
     )
 
 

@@ -493,8 +493,8 @@ def sensitivity_report(study: Sensitivity) -> Report:
     _answer(report, study)
     report.section(
         "Stiffness by stiffness",
-        "The share of the variance that each stiffness is behind: alone, and in total, together "
-        "with others. An index that is not above its own interval reads zero.",
+        "Share of the variance that comes from each stiffness: alone, and in total, together with "
+        "others. An index that is not larger than its interval is shown as zero.",
         leads=True,
     )
     index_figures(
@@ -514,7 +514,7 @@ def sensitivity_report(study: Sensitivity) -> Report:
     if by_mount is not None:
         report.section(
             "Mount by mount",
-            "All stiffnesses of a mount vary as one: how much hangs on each part.",
+            "All stiffnesses of a mount vary as one input: the share of each part.",
         )
         index_figures(
             report, study, "sobol_mounts", by_mount, "Sensitivity indices of whole mounts."
@@ -524,9 +524,9 @@ def sensitivity_report(study: Sensitivity) -> Report:
     _prescribed(report, study)
     report.section(
         "Line by line",
-        "The same for the level of every single line. A stiffness that matters at a booming peak "
-        "(▼) is one the passenger hears; in the notches between, paths cancel and several "
-        "stiffnesses share the variance.",
+        "The same for the level of every single line. The passenger hears a stiffness that "
+        "matters at a booming peak (▼). In the notches between the peaks, paths cancel and "
+        "several stiffnesses share the variance.",
     )
     report.figure(
         "sobol_lines",
@@ -538,8 +538,8 @@ def sensitivity_report(study: Sensitivity) -> Report:
     report.table("sobol_lines", line_table(study))
     report.section(
         "Other ranges, the tolerance",
-        "How far the ranking depends on what was asked. A share says nothing of the size of the "
-        "variance, which grows with the range.",
+        "Dependence of the ranking on range and kind of analysis. A share does not show the size "
+        "of the variance, which grows with the range.",
     )
     _mattering(
         report,
@@ -643,8 +643,8 @@ def _headed(study: Sensitivity) -> Report:
     report.section(
         "What was asked, and with which data",
         f"{study.platform.title}: {study.platform.description}\n\n"
-        "Ranked is SPLV, a sum of decibels, which counts a notch like a peak; the maps show what "
-        "the loud lines depend on.\n\n"
+        "The ranking is for SPLV, a sum of decibels, in which a notch counts like a peak. The "
+        "maps show on which stiffnesses the loud lines depend.\n\n"
         f"Analysis: {plan.analysis.value}. {_meaning(study)} Vehicles: {listed(study.vehicles)}. "
         f"Load cases: {', '.join(study.index.load_case_names)}. Lines: {frequency.size}, engine "
         f"order {_order(study):g}.\n\n"

@@ -59,8 +59,8 @@ def unbalance_report(
     static, dynamic = sources.static, sources.dynamic
     report = Report(
         f"Unbalance: {measured.test.name}",
-        "Which unbalance turns inside this compressor, what does the gas do, and at which "
-        "speeds may the answer be believed?",
+        "Which unbalance rotates inside this compressor, which forces does the gas make, and at "
+        "which speeds is the answer reliable?",
     )
     report.tile(
         f"{1e6 * abs(static.value):.2f} g mm",
@@ -160,13 +160,13 @@ def _procedure(report: Report, measured: MeasuredUnbalance) -> None:
     )
     report.section(
         "What was asked, and with which data",
-        f"The hammer test on the resting compressor without hoses gives its apparent mass; the "
-        f"accelerations of first order of the running one, times that mass, are the load inside. "
+        "The hammer test of the compressor at rest, without hoses, gives its apparent mass. The "
+        "load inside is the apparent mass times the accelerations of first order in operation. "
         f"Sweeps: {sweeps}.\n\n{evaluation.sense.statement}\n\nAll bands and intervals hold with "
-        f"{100 * evaluation.options.confidence:g} %. They include noise of sweeps and hammer test, "
-        "what the hammer test leaves open of placement and calibration, and what the mounts may "
-        "have changed between hammer and operation.\n\n"
-        f"At most {apart:.2g} % of the measured acceleration is no rigid motion, at any speed; a "
+        f"{100 * evaluation.options.confidence:g} %. They include noise of sweeps and hammer "
+        "test, remaining errors of placement and calibration after the hammer test, and a "
+        "possible change of the mounts between hammer test and operation.\n\n"
+        f"At most {apart:.2g} % of the measured acceleration is not rigid motion, at any speed. A "
         "larger share would mean a bending body, a loose sensor or a wrong position sheet.",
         folded=True,
     )
@@ -213,9 +213,9 @@ def _motions(report: Report, measured: MeasuredUnbalance) -> None:
     evaluation = measured.evaluation
     report.section(
         "Motion and forces over speed",
-        "What was measured, referred to the virtual point by calibrated sensors, and the load "
-        "inside that follows from it. Unbalance grows with the square of the speed; gas forces do "
-        "not grow, and prevail at low speed only.",
+        "Measured motion at the virtual point, from calibrated sensors, and the load inside that "
+        "follows from it. Unbalance grows with the square of the speed. Gas forces do not grow "
+        "with speed, and dominate at low speed only.",
         folded=True,
     )
     kinds = (
@@ -301,9 +301,9 @@ def _routes(report: Report, measured: MeasuredUnbalance) -> None:
     """Compare the routes, and show the state of the mounts."""
     report.section(
         "Routes compared",
-        f"{measured.mount_state}\n\nA disturbance below 50 Hz comes from mounts that run "
-        "in another state than they were struck in (amplitude, temperature), not from conditioning "
-        "of the inversion: where the mounts are as struck, all routes agree there.",
+        f"{measured.mount_state}\n\nA disturbance below 50 Hz comes from mounts whose state "
+        "(amplitude, temperature) differs between hammer test and operation, not from the "
+        "conditioning of the inversion. If the state is the same, all routes agree there.",
         folded=True,
     )
     rows = [
@@ -334,8 +334,8 @@ def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> 
     )
     report.section(
         "With the hoses of the vehicle",
-        "The same evaluation on sweeps with the hoses joined: what the hoses push back appears as "
-        "unbalance that is none, most where the hoses resonate.\n\n" + statements,
+        "The same evaluation of sweeps with joined hoses: the forces of the hoses appear as an "
+        "apparent unbalance, most at the resonances of the hoses.\n\n" + statements,
     )
     free, with_hoses = _widest(measured.evaluation.chosen), _widest(joined)
     pressures = [pressure for pressure in free if pressure in with_hoses]

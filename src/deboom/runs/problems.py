@@ -22,7 +22,7 @@ from deboom.vehicles.platform import MountSource, Platform
 
 
 class BoomingProblem(RobustProblem):
-    """Stiffness factors of a platform's mounts as a pymoo problem: quiet, also as parts scatter.
+    """Stiffness factors of a platform's mounts as a pymoo problem with mean and scatter.
 
     One variable per mount and axis [1], 12 on the shipped platform. Two objectives, both as small
     as possible: ``Σ mean(SPLV)`` and ``Σ σ(SPLV)``, the sums over the vehicles [dB(A), dB].
@@ -34,7 +34,7 @@ class BoomingProblem(RobustProblem):
     vehicles : str or sequence of str, optional
         Names of vehicles or groups; by default all.
     nominal : bool
-        Take SPLV of the design itself for its mean: the literal first objective of the thesis.
+        Take SPLV of the design itself in place of the mean, as the thesis does literally.
     bounds, tolerance : float
         Factors run within ``1 ± bounds``; half width of their scatter, three standard deviations
         [1].
@@ -83,11 +83,12 @@ class BoomingProblem(RobustProblem):
 
 
 class CatalogueProblem(RobustProblem):
-    """Parts of a mount library as a pymoo problem: which part at each mount, and how re-tuned.
+    """Parts of a mount library as a pymoo problem: part and re-tuning of each mount.
 
-    One part number per mount, whole, from 0, today's; then the stiffness factors [1]. Objectives
-    are those of `BoomingProblem`. Part numbers are rounded, which pymoo's operators leave broken;
-    `deboom.search` takes them as choices without order. `parts` names the parts of a design.
+    The variables are one whole part number per mount, where 0 is today's part, and then the
+    stiffness factors [1]. The objectives are those of `BoomingProblem`. Operators of pymoo give
+    broken part numbers, which are rounded; `deboom.search` treats part numbers as choices without
+    order. `parts` names the parts of a design.
 
     Parameters
     ----------
@@ -156,11 +157,11 @@ class CatalogueProblem(RobustProblem):
 
 
 class CompressorProblem(RobustProblem):
-    """Mounts of a refrigerant compressor as a pymoo problem: quiet in every car, within a travel.
+    """Mounts of a refrigerant compressor as a pymoo problem over cars, with a limit of travel.
 
-    Variables are axial and radial stiffness factors [1]; with `identical` those of one part number,
-    and pieces and places scatter. Objectives are those of `BoomingProblem`, over the cars; the
-    largest travel of a mount under 1 g is a constraint.
+    The variables are axial and radial stiffness factors [1]; with `identical` all mounts have the
+    same factors. Pieces and positions of the mounts scatter. The objectives are those of
+    `BoomingProblem`, summed over the cars; the largest travel of a mount under 1 g is a constraint.
 
     Parameters
     ----------

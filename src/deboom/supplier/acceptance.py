@@ -87,8 +87,8 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
         report.warn("No platform was given (--platform): the cars' levels are not predicted.")
     if not delivery.same_data:
         report.warn(
-            "The platform's files are not those that the box was found with: the predicted levels "
-            "belong to today's files."
+            "The files of the platform have changed since the box was computed: the predicted "
+            "levels belong to the files of today."
         )
     report.summary |= {
         "n_parts": len(verdicts),
@@ -153,7 +153,10 @@ def _answer(report: Report, delivery: Delivery, passed: int, failed: int, open_:
     report.panel(
         "What to do next",
         "`supplier.html` beside this page is for the supplier.",
-        Step("deboom accept SPECIFICATION PARTS", "again, once what is undecided was measured"),
+        Step(
+            "deboom accept SPECIFICATION PARTS",
+            "judge again, after more measurements of undecided parts",
+        ),
     )
 
 
@@ -167,8 +170,8 @@ def _batches(report: Report, delivery: Delivery) -> None:
         f"{PERCENT * demand.share_stated:g} % of its pieces, measured or not, lie inside beyond "
         "doubt: few measured parts leave much open. Beside it stand the cars that get their "
         "mounts from the batch, all other mounts anywhere in the box, with the interval from "
-        f"{low} to {high} %. The box promises its share for parts all over it: a batch in a "
-        "corner may keep every interval and still make loud cars.",
+        f"{low} to {high} %. The share of the box is valid for parts spread over the whole box: a "
+        "batch in a corner may keep every interval and still make loud cars.",
     )
     batches = _batch_table(delivery)
     report.table("batches", batches, "One row per batch.", shown=batches[VERDICTS])

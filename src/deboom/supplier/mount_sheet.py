@@ -397,15 +397,15 @@ class MountSheet(PartSheet):
         for names, english, german in (
             (
                 nothing,
-                "no demand from booming; handling, durability and travel limits of the drawing "
-                "stay.",
+                "no demand from booming; demands of the drawing on handling, durability and "
+                "travel stay.",
                 "keine Forderung aus dem Brummen; Fahrverhalten, Lebensdauer und Wegbegrenzung der "
                 "Zeichnung bleiben.",
             ),
             (
                 unknown,
-                "not identified, measured too uncertainly to ask for a number; please leave it as "
-                "it is.",
+                "not identified: the measurement is too uncertain to demand a number; please keep "
+                "today's stiffness.",
                 "nicht identifiziert, zu unsicher gemessen, um eine Zahl zu fordern; bitte lassen, "
                 "wie es ist.",
             ),
@@ -461,10 +461,10 @@ class MountSheet(PartSheet):
         """What the classes mean, with the amount that nobody hears."""
         amount = f"{NOTICEABLE:g}"
         return self.say(
-            "Must: accepted only inside the band, an end of which is set by the noise limit. "
-            "Preferred: asked for, no limit depends on it. Free: today's part will do; anywhere in "
-            f"the band, alone, it changes no vehicle by more than {amount} dB, neither its mean "
-            "level nor a booming peak.",
+            "Must: accepted only inside the band; the noise limit sets at least one end of it. "
+            "Preferred: wanted, but no limit depends on it. Free: today's part is good enough; "
+            "anywhere in the band this direction alone changes no mean level and no booming peak "
+            f"of a vehicle by more than {amount} dB.",
             "Muss: zulässig nur im Band, von dem ein Ende durch den Geräuschgrenzwert gesetzt ist. "
             "Bevorzugt: gewünscht, kein Grenzwert hängt daran. Frei: das heutige Teil genügt; im "
             f"Band ändert es allein kein Fahrzeug um mehr als {amount.replace('.', ',')} dB, weder "
@@ -516,9 +516,9 @@ class MountSheet(PartSheet):
             colours={driven: MUTED, now: INK, nominal: colour, band: colour},
             points=pd.concat(points, ignore_index=True) if points else pd.DataFrame(),
             caption=say(
-                "Dots: today's part in the vehicle, torque only. Curves: today's part and the band "
-                "at amplitude and frequency of the test, where measurements back them. Static "
-                "curves: today's part, and what nominal value and band make of it.",
+                "Dots: today's part in the vehicle, torque only. Curves: today's part and the "
+                "band at amplitude and frequency of the test, within the measured range. Static "
+                "curves: today's part, and the curves of nominal value and band.",
                 "Punkte: heutiges Teil im Fahrzeug, nur Drehmoment. Kurven: heutiges Teil und Band "
                 "bei Amplitude und Frequenz der Prüfung, soweit gemessen. Statische Kennlinien: "
                 "heutiges Teil, und was Nennwert und Band daraus machen.",
@@ -534,7 +534,8 @@ class MountSheet(PartSheet):
         ]
         if not turned:
             return self.say(
-                "Axes of the part: those of the vehicle.", "Achsen des Teils: die des Fahrzeugs."
+                "The axes of the part are those of the vehicle.",
+                "Achsen des Teils: die des Fahrzeugs.",
             )
         return self.say(
             "Axes of the part, turned about the vehicle's x, y, z: ",

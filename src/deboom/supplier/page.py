@@ -150,9 +150,10 @@ def _test_words(content: PartSheet) -> str:
     """Say how a part is tested, by which standard."""
     say = content.say
     standard = say(
-        "Dynamic transfer stiffness by ISO 10846-2 (direct method): the body side held on a force "
-        "transducer, the other side moved under preload. Force and displacement of the moved side "
-        "will do where ISO 10846-5 (driving point) applies: inertia negligible or taken off. ",
+        "Dynamic transfer stiffness by ISO 10846-2 (direct method): the body side is held on a "
+        "force transducer, the other side is moved under preload. Force and displacement of the "
+        "moved side are enough where ISO 10846-5 (driving point) applies: inertia is negligible "
+        "or subtracted. ",
         "Dynamische Transfersteifigkeit nach ISO 10846-2 (direktes Verfahren): die Karosserieseite "
         "auf einem Kraftaufnehmer gehalten, die andere unter Vorlast bewegt. Kraft und Weg der "
         "bewegten Seite genügen, wo ISO 10846-5 (Eingangspunkt) gilt: Trägheit vernachlässigbar "
@@ -160,13 +161,14 @@ def _test_words(content: PartSheet) -> str:
     )
     if not content.specification.musts:
         return standard + say(
-            "No direction of this part is a must; nothing is held against a limit.",
+            "No direction of this part is a must; no limit applies.",
             "Keine Richtung dieses Teils ist ein Muss; nichts wird an einem Grenzwert gemessen.",
         )
     loaded = any(d.preload_n for d in content.tested)
     raised = say(
-        "Raise the preload, a force, from zero and do not overshoot: rubber remembers, and in the "
-        "vehicle torque rises. Preloads of all directions act together in the vehicle. ",
+        "Raise the preload, a force, from zero without overshoot, as the torque rises in the "
+        "vehicle; otherwise the rubber measures stiffer. Preloads of all directions act together "
+        "in the vehicle. ",
         "Vorlast als Kraft von null aus steigern und nicht überschreiten: Gummi erinnert sich, und "
         "im Fahrzeug steigt das Drehmoment. Im Fahrzeug wirken die Vorlasten aller Richtungen "
         "zusammen. ",
@@ -188,8 +190,8 @@ def _test_words(content: PartSheet) -> str:
         + guarded
         + say(
             "Fill in the sheet “measured” of the workbook: |K| and the loss angle, or K' and K'', "
-            "of each piece. Measure a part of today as well (rows “today”) where the machine sets "
-            "only one preload, or where ± of today's |K| is too much.",
+            "of each piece. Measure a part of today as well (rows “today”) if the machine sets "
+            "only one preload, or if the interval of today's |K| is too wide.",
             "Blatt „gemessen“ der Arbeitsmappe ausfüllen: |K| und Verlustwinkel oder K' und K'' je "
             "Stück. Stellt die Maschine nur eine Vorlast, oder ist ± des heutigen |K| zu viel, ein "
             "heutiges Teil mitmessen (Zeilen „heute“).",

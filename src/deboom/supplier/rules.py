@@ -45,9 +45,9 @@ def acceptance_rules(
     if of_sheet:
         rules += [
             say(
-                f"State: a row counts within ± {force} of the preload, ± {moved} of the amplitude "
-                f"and ± {line} of the frequency of this sheet, and with its part number; another "
-                "is refused.",
+                f"State: a row counts if its preload is within ± {force}, its amplitude within ± "
+                f"{moved} and its frequency within ± {line} of this sheet, and if it has the part "
+                "number of this sheet; other rows are refused.",
                 f"Zustand: eine Zeile zählt bis ± {force} der Vorlast, ± {moved} der Amplitude und "
                 f"± {line} der Frequenz dieses Blatts und mit seiner Teilenummer; sonst wird sie "
                 "abgewiesen.",
@@ -69,20 +69,20 @@ def acceptance_rules(
             f", um mehr als die Messunsicherheit von {guard} (95 %; ISO 14253-1, einmal angewandt)",
         )
         than = say(
-            " by more than that; in between it is undecided",
+            " by more than this; in between it is undecided",
             " um mehr als diese; dazwischen ist es unentschieden",
         )
     rules += [
         say(
-            f"Part: it passes where |K| lies inside every band of the class must{by}. It fails "
-            f"where |K| lies outside a band{than}.",
+            f"Part: it passes if |K| is inside every band of the class must{by}. It fails if |K| "
+            f"is outside such a band{than}.",
             f"Teil: es besteht, wo |K| in jedem Muss-Band liegt{by}. Es fällt durch, wo |K| "
             f"außerhalb eines Bandes liegt{than}.",
         ),
         say(
-            "Batch: it fails with one failed part. It passes if every measured part passes and "
-            f"they show with {sure} confidence that at least {percent(share)} of all its pieces "
-            "lie inside. Otherwise it is undecided: measure more pieces.",
+            "Batch: it fails if one part fails. It passes if every measured part passes and the "
+            f"measured parts show with {sure} confidence that at least {percent(share)} of all "
+            "its pieces are inside. Otherwise it is undecided: measure more pieces.",
             "Charge: sie fällt durch mit einem durchgefallenen Teil. Sie besteht, wenn jedes "
             f"gemessene Teil besteht und sie mit {sure} Sicherheit zeigen, dass mindestens "
             f"{percent(share)} aller Stücke innen liegen. Sonst ist sie unentschieden: mehr Stücke "
@@ -90,8 +90,8 @@ def acceptance_rules(
         ),
         say(
             "Corner of the box: the customer also predicts the cars. A batch near the ends of "
-            "several bands at once may make too many of them loud; that is reported with the "
-            "verdict and does not change it.",
+            "several bands at once may make too many cars loud. This is reported with the verdict "
+            "and does not change it.",
             "Ecke der Box: der Kunde rechnet auch die Fahrzeuge. Eine Charge nahe den Enden "
             "mehrerer Bänder zugleich kann zu viele davon laut machen; das wird mit dem Urteil "
             "genannt und ändert es nicht.",
@@ -102,9 +102,10 @@ def acceptance_rules(
         bound = percent(CONFIDENCE)
         rules.append(
             say(
-                f"Process: its Cpk [1] is shown where the lower {bound} bound (Bissell) reaches "
-                f"{wanted} in every direction of the class must, missed where the sample's value "
-                "itself is below, open in between. It is judged beside the batch.",
+                f"Process: its Cpk [1] is shown if the lower {bound} bound (Bissell) reaches "
+                f"{wanted} in every direction of the class must, missed if the value of the "
+                "sample itself is lower, and open in between. It is judged separately from the "
+                "batch.",
                 f"Prozess: sein Cpk [1] ist gezeigt, wo die untere {bound}-Schranke (Bissell) "
                 f"{wanted} in jeder Muss-Richtung erreicht, verfehlt, wo schon der Wert der "
                 "Stichprobe darunter liegt, dazwischen offen. Er wird neben der Charge beurteilt.",

@@ -44,8 +44,8 @@ class Motion(Enum):
 class BoomingModel:
     """SPLV of every vehicle over weighted load cases, as a function of the stiffness factors.
 
-    ``model(designs)`` is all that an exploration needs. The object is a value: it can be pickled
-    into a process pool, and a design gives the same bits however designs are batched or ordered.
+    An exploration needs only ``model(designs)``. The object is a value: it can be pickled into a
+    process pool, and a design gives the same bits in every batch and order of designs.
 
     Parameters
     ----------

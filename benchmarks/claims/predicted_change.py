@@ -25,7 +25,7 @@ from samples.driven_cars import stated_interval
 
 def claims() -> list[Claim]:
     """Predict and drive; two processes."""
-    seeds = range(JUDGES.start, JUDGES.start + draws(12))
+    seeds = range(JUDGES.start, JUDGES.start + draws(len(JUDGES)))
     cars = pd.DataFrame([row for rows in in_processes(_rows, seeds) for row in rows])
     return [
         claim

@@ -104,7 +104,10 @@ def test_a_search_ends_where_it_stands_still_and_says_so():
     assert still.stopped == f"{n} generations, ended by a gain below 0.02 over 5 generations"
     short = searched(ROBUST, population=20, generations=10**6, seed=1, until=Until(seconds=0.2))
     assert short.stopped.endswith("ended after 0.2 s")
-    for wrong in ({}, {"seconds": 0.0}, {"gain": 0.1, "over": 0}):
+    few = searched(ROBUST, population=20, generations=60, seed=1, until=Until(evaluations=50))
+    assert few.stopped == "3 generations, ended after 60 evaluations"
+    np.testing.assert_array_equal(few.hypervolume, whole.hypervolume[:3])
+    for wrong in ({}, {"seconds": 0.0}, {"evaluations": 0}, {"gain": 0.1, "over": 0}):
         with pytest.raises(InputError, match="positive"):
             Until(**wrong)
 

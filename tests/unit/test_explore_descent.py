@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import deboom
+from deboom.explore import search as search_module
 from deboom.explore.descent import converged_front, is_smooth, objectives_and_gradients
 from deboom.explore.front import common_box
 from deboom.explore.moments import Objective, Statistic
@@ -84,6 +85,19 @@ class FirstWithSlope(First):
 
 FIRST = FirstWithSlope()
 AT_LEAST = Limits((Limit("first", "1", at_least=1.10),))
+
+
+def test_an_algorithm_ends_early_only_where_descents_own_the_whole_front(monkeypatch):
+    monkeypatch.setattr(search_module, "BEFORE_DESCENTS", 20)
+    budget = {**BUDGET, "generations": 4}
+    front = deboom.search(ROBUST, **budget)
+    assert front.search.stopped == "3 generations, ended after 24 evaluations"
+    for others in (
+        {"polish": False},
+        {"until": deboom.Until(seconds=1e6)},
+        {"limits": DesignLimits(FIRST, AT_LEAST)},
+    ):
+        assert deboom.search(ROBUST, **budget, **others).search.stopped == "4 generations"
 
 
 def test_limits_of_the_worst_drawn_part_leave_the_search_to_nsga2():

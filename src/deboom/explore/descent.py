@@ -190,8 +190,8 @@ def objectives_and_gradients(
     -----
     With draws ``x_t = x m_t + a_t`` (`Robust.made_terms`; ``m_t = 1 + σ z_t`` of a relative
     tolerance) and responses ``y_tr``, ``∂/∂x_k = Σ_t m_tk Σ_r w_tr ∂y_tr/∂x_k``, where w are the
-    derivatives of the objective by the responses: ``1/n`` for the mean, ``(y_tr − mean_r) / (σ_r
-    (n − 1))`` for the sigma of plain moments.
+    derivatives of the objective by the responses: ``1/n`` for the mean,
+    ``(y_tr − mean_r) / (σ_r (n − 1))`` for the sigma of plain moments.
     """
     numbers = _minimised(robust)
     if each_mean:
@@ -559,7 +559,7 @@ def _branches(
     ends = []
     for row, count in enumerate(END_STARTS):
         starts = [place() for _ in range(count)] + _at_share(guides, float(row))
-        points = [few.descend(start, row, goal=1e-5, steps=30) for start in starts]
+        points = [few.descend(start, row, goal=1e-4, steps=30) for start in starts]
         ends.append(sorted(points, key=partial(_value_of, row=row)))
     line = _Line(ends[0][0].value, ends[1][0].value)
     branches = {}
@@ -587,7 +587,7 @@ def _ends(
     for row in range(2):
         starts = _distinct(ends[row], 6, 0.3) + _distinct(branches[nearest[row]], 2, APART)
         starts += _at_share(guides, float(row))
-        points = [landscape.descend(place, row, goal=1e-6, steps=25) for place in starts]
+        points = [landscape.descend(place, row, goal=1e-4, steps=25) for place in starts]
         first = min(points, key=partial(_value_of, row=row))
         best.append(landscape.descend(first.place, row, goal=1e-10, steps=60))
     return best

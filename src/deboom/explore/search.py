@@ -229,7 +229,9 @@ def nsga2(
                 checkpoint.save({**facts, "seconds": seconds})
             if progress is not None:
                 progress(runner.n_gen - 1, generations, archive.summary(generations))
-            stopped = until.reached(archive.hypervolume, seconds) if until else None
+            if until is not None:
+                n_evaluated = sum(len(values) for values in archive.generations)
+                stopped = until.reached(archive.hypervolume, seconds, n_evaluated)
     done = f"{len(archive.hypervolume)} generations"
     return archive.result(
         seed,
@@ -247,6 +249,8 @@ class Until:
     ----------
     seconds : float, optional
         Wall time, with all parts of a resumed search [s]; such a front depends on the machine.
+    evaluations : int, optional
+        Designs that were evaluated, at the end of a generation.
     gain : float, optional
         Gain of the hypervolume over the last `over` generations, as a share of it, below which the
         search stands still [1].
@@ -256,7 +260,7 @@ class Until:
     Raises
     ------
     InputError
-        Neither of seconds and gain, or numbers that are not positive.
+        None of seconds, evaluations and gain, or numbers that are not positive.
 
     Examples
     --------
@@ -268,19 +272,24 @@ class Until:
     seconds: float | None = None
     gain: float | None = None
     over: int = 10
+    evaluations: int | None = None
 
     def __post_init__(self) -> None:
-        given = [value for value in (self.seconds, self.gain) if value is not None]
-        if not given or min(given) <= 0.0 or self.over < 1:
+        stated = (self.seconds, self.gain, self.evaluations)
+        given = [value for value in stated if value is not None]
+        if not given or min(given) <= 0 or self.over < 1:
             raise InputError(
-                "a search ends after positive seconds, or below a positive gain over at least 1 "
-                "generation: such as Until(seconds=60) or Until(gain=1e-3, over=10)"
+                "a search ends after positive seconds or evaluations, or below a positive gain "
+                "over at least 1 generation: such as Until(seconds=60), Until(evaluations=1000) "
+                "or Until(gain=1e-3, over=10)"
             )
 
-    def reached(self, hypervolume: list[float], seconds: float) -> str | None:
+    def reached(self, hypervolume: list[float], seconds: float, n_evaluated: int) -> str | None:
         """Return why a search ends here, in words; None if it goes on."""
         if self.seconds is not None and seconds >= self.seconds:
             return f"ended after {self.seconds:g} s"
+        if self.evaluations is not None and n_evaluated >= self.evaluations:
+            return f"ended after {n_evaluated} evaluations"
         if self.gain is not None and len(hypervolume) > self.over:
             gain = 1.0 - hypervolume[-1 - self.over] / hypervolume[-1] if hypervolume[-1] else 0.0
             if gain < self.gain:
@@ -539,6 +548,10 @@ VERIFIED = 1024
 SHOWN = 200
 """Designs of a front that are verified and shown; of a longer one those that add least are left."""
 
+BEFORE_DESCENTS = 800
+"""Designs that an algorithm evaluates before descents bring the whole front to convergence, which
+begin elsewhere and leave next to nothing of its front."""
+
 Checkpoint = Callable[[int], Store]
 """Returns where the search of a seed is kept."""
 
@@ -625,7 +638,9 @@ def search(
     robust : Robust
         Mean and scatter of the responses.
     population, generations : int
-        Designs per generation, at least 4, and generations, at least 1.
+        Designs per generation, at least 4, and most generations, at least 1. Where gradients bring
+        the whole front to convergence, without limits and `until`, the algorithm ends with the
+        generation that completes `BEFORE_DESCENTS` evaluations; ``polish=False`` runs them all.
     seed : int
         Seed from 1; the same seed gives the same front for any number of workers.
     searches : int
@@ -639,8 +654,8 @@ def search(
         ``nsga2``, ``nsga3``, ``age-moea``, ``sms-emoa``, ``moead``, or an object of
         ``pymoo.algorithms.moo``, whose own population then counts.
     until : Until, optional
-        What ends the search before its last generation: seconds, or a hypervolume that stands
-        still.
+        What ends the search before its last generation: seconds, evaluations, or a hypervolume
+        that stands still.
     polish : bool
         Whether gradients follow NSGA-II; a model with ``smooth = False`` is left alone.
     shown : int or None
@@ -689,6 +704,11 @@ def search(
     if begin is not None and len(begin) < population:
         rest = latin_hypercube(robust.space, population, seed=seed)[len(begin) :]
         begin = np.vstack([begin, rest])
+    free = limits is None and robust.limits is None
+    gradients = polish and free and _smooth(robust)
+    converges = polish and is_smooth(robust, limits)
+    if until is None and converges and free:
+        until = Until(evaluations=BEFORE_DESCENTS)
     result = searched(
         robust,
         population=population,
@@ -704,8 +724,6 @@ def search(
         progress=progress,
         checkpoint=checkpoint,
     )
-    gradients = polish and limits is None and robust.limits is None and _smooth(robust)
-    converges = polish and is_smooth(robust, limits)
     if converges:
         result = _with_descents(robust, limits, result, seed=seed, progress=progress)
     rows = result.front

@@ -634,7 +634,7 @@ def _search(report: Report, view: PlatformFront) -> None:
         "Two objectives, both as small as possible: the sum over the vehicles of the mean "
         "SPLV, and the sum of its standard deviation σ; shown divided by the number of vehicles "
         "and lines.\n\n"
-        f"{search.algorithm}, {search.hypervolume.size} generations, {search.seconds:.1f} s. "
+        f"{search.algorithm}, {search.stopped}, {search.seconds:.1f} s. "
         f"{view.front.text} In the search σ was wrong by "
         f"{signed(view.front.sigma_bias_percent, 2)} % and its mean by "
         f"{signed(view.front.mean_bias * view.front.per_line, 3)} dB on average.\n\n"

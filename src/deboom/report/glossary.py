@@ -1,4 +1,4 @@
-"""The words of our pages, explained for a reader who has never met us."""
+"""Definitions of the terms on pages, for readers who are new to the field."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Words that commands and functions accept; apart from all else, so that help starts at once."""
+"""Words that commands and functions accept; this module imports nothing, so help starts at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The exceptions that a user is meant to meet."""
+"""Exceptions for users: faults of input that a user can correct."""
 
 from __future__ import annotations
 

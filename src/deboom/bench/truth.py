@@ -1,4 +1,4 @@
-"""What a virtual measurement truly was, read from the folder ``truth/``: for comparison alone."""
+"""The truth of a virtual measurement, read from the folder ``truth/``, for comparison only."""
 
 from __future__ import annotations
 

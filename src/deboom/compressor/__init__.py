@@ -1,4 +1,4 @@
-"""The refrigerant compressor in its vehicle: what a roving hammer says of its mass and mounts.
+"""The refrigerant compressor in its vehicle: mass, mounts, unbalance, hoses and cabin noise.
 
 May import `physics`, `explore`, `measurement` and `mounts`.
 """

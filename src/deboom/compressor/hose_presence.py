@@ -1,4 +1,4 @@
-"""Whether hoses push back, and whether hoses that are said to be absent show in the data."""
+"""Reaction forces of hoses, and hoses in the data although they are said to be absent."""
 
 from __future__ import annotations
 

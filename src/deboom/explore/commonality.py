@@ -1,4 +1,4 @@
-"""The fewest part numbers with which every vehicle keeps its limit, and what sharing costs."""
+"""The fewest part numbers with which every vehicle keeps its limit, and the price of sharing."""
 
 from __future__ import annotations
 

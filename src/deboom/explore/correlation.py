@@ -1,4 +1,4 @@
-"""Do the responses rise and fall together, from design to design and within the tolerance?
+"""Correlation of responses, from design to design and within the tolerance.
 
 Correlation coefficients with bootstrap intervals, and families of responses that go together.
 """

@@ -1,4 +1,4 @@
-"""Statistics of responses over their scatter: mean, standard deviation, and what a search asks."""
+"""Statistics of responses over their scatter: mean, standard deviation, objectives of a search."""
 
 from __future__ import annotations
 

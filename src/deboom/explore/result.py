@@ -1,4 +1,4 @@
-"""What a search found: its evaluations, and its front, verified with draws it never saw."""
+"""The result of a search: its evaluations, and its front, verified with new draws."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be explored: a design space, a model behind one seam, and seeded random streams."""
+"""Design spaces, models as functions of designs, and seeded random streams."""
 
 from __future__ import annotations
 

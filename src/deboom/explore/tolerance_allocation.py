@@ -1,4 +1,4 @@
-"""Tolerances as a choice: what they do, what they cost, and the cheapest ones for a target."""
+"""Tolerances: their effect, their cost, and the cheapest ones for a target."""
 
 from __future__ import annotations
 

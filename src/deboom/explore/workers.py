@@ -1,4 +1,4 @@
-"""Who computes: this process, a pool of processes, or a Dask cluster; the result is the same bits.
+"""Evaluation by this process, a pool of processes or a Dask cluster, with the same bits.
 
 Every design is computed alone, so that a batch can be cut anywhere: it is cut into one chunk per
 worker, and the rows come back in their order. A worker that dies costs time, nothing else.

@@ -1,4 +1,4 @@
-"""Check a folder of any kind: what is wrong in it, or what it holds."""
+"""Check a folder of any kind: list its faults, or show its content."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Designs as a table or as the interactive page saves them: to be evaluated, or evaluated.
+"""Designs, with or without responses, from a table or from the interactive page.
 
 A table has a column per design variable with its unit in the header, such as ``TSM x [1]``.
 """

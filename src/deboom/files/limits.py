@@ -1,4 +1,4 @@
-"""What a mount design or a component must keep."""
+"""Files of limits for a mount design or a component."""
 
 from __future__ import annotations
 

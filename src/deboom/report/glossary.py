@@ -1,4 +1,4 @@
-"""The words of our pages, explained for a reader who has never met us."""
+"""Definitions of the terms on pages, for readers who are new to the field."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from collections.abc import Mapping
 
 GLOSSARY: Mapping[str, str] = {
     "booming noise": (
-        "The low drone in the cabin at full load and low engine speed. The engine's torque pulses "
-        "(its firing order) shake the powertrain; the mounts pass forces on to the body, and body "
-        "panels press on the air of the cabin."
+        "The low drone in the cabin at full load and low engine speed. The torque pulses of the "
+        "engine (its firing order) shake the powertrain. The mounts transmit forces to the body, "
+        "and body panels make the air of the cabin vibrate."
     ),
     "SPL": (
-        "Sound pressure level at the driver's ear in dB(A): decibels re 20 µPa, weighted by "
-        "how well the ear hears each frequency. 3 dB less is half the sound energy."
+        "Sound pressure level at the driver's ear in dB(A): decibels re 20 µPa, weighted by the "
+        "sensitivity of the ear at each frequency. 3 dB less is half the sound energy."
     ),
     "SPLV": (
         "The booming index of one vehicle: the sum of its SPL over all frequency lines of the "
-        "band. Divided by the number of lines it is the mean SPL, which is easier to read; the "
-        "figures show that."
+        "band. Figures show it divided by the number of lines: the mean SPL, which is easier to "
+        "read."
     ),
     "booming peak": (
         "A local maximum of the SPL curve that stands out by at least 6 dB (its prominence): the "
@@ -26,108 +26,109 @@ GLOSSARY: Mapping[str, str] = {
     "stiffness factor": (
         "The design variable. It scales the dynamic stiffness of one mount in one axis, over the "
         "whole curve of dynamic stiffness against static force; 1 is today's part, 0.8 is 20 % "
-        "softer. The loss factor stays. It means the curve, with stops re-tuned, not merely a "
-        "softer rubber in the same shape."
+        "softer. The loss factor stays. The stops are re-tuned with the curve; a softer rubber in "
+        "the same shape is not meant."
     ),
     "stiffness factor of a part": (
         "The design variable. It scales the rubber of one mount in one axis: its force at every "
         "deflection, statically and dynamically; 1 is today's part, 0.8 is 20 % softer. The stops "
-        "stay where they are, so under the engine's torque the mount rides elsewhere on its curve."
+        "stay, so under the torque of the engine the mount has another position on its curve."
     ),
     "dynamic stiffness": (
         "Force per displacement under vibration, here as its magnitude in N/mm at a stated "
         "frequency and load. It is not the static stiffness of a data sheet."
     ),
     "loss factor": (
-        "The part of a mount's dynamic stiffness that takes energy out, over the part that gives "
-        "it back: the tangent of the angle by which the force leads the displacement."
+        "The part of a mount's dynamic stiffness that dissipates energy, over the part that "
+        "stores it: the tangent of the angle by which the force leads the displacement."
     ),
     "preload": (
-        "The static force in one direction of a mount under the engine's torque, about which it "
-        "vibrates. Rubber is stiffer the further it is loaded."
+        "The static force in one direction of a mount under the torque of the engine; the mount "
+        "vibrates about it. Rubber is stiffer at a higher static force."
     ),
     "tolerance": (
-        "Manufacturing scatter of a mount's stiffness around its own value, drawn at random many "
-        "times for each design. Its half width counts as three standard deviations."
+        "Manufacturing scatter of a mount's stiffness about its nominal value, drawn at random "
+        "many times for each design. Its half width counts as three standard deviations."
     ),
     "σ": (
-        "Standard deviation over the tolerance: how far parts that are all within their drawing "
-        "make nominally identical vehicles differ."
+        "Standard deviation over the tolerance: the difference between nominally identical "
+        "vehicles whose parts are all within the tolerance."
     ),
     "Pareto front": (
-        "The designs that no other one beats in both objectives at once: whoever wants a lower "
-        "mean level must accept more scatter, and the reverse. Each point is a complete set of "
+        "The designs for which no other design is better in both objectives: a lower mean level "
+        "costs more scatter, and the reverse. Each point is a complete set of "
         "mount stiffnesses."
     ),
     "no requirement": (
         "The stiffness of this mount in this axis has no influence on the result. It may keep its "
-        "present value; nothing needs to be held for the sake of booming."
+        "present value; booming sets no demand on it."
     ),
     "not identified": (
-        "The measurement cannot tell the stiffness of this mount in this axis well enough to ask "
-        "for a number: its 95 % interval is wider than ±15 %, or nothing was measured. Please "
-        "leave it as it is."
+        "The measured stiffness of this mount in this axis is too uncertain to demand a number: "
+        "its 95 % interval is wider than ±15 %, or nothing was measured. Please keep today's "
+        "stiffness."
     ),
     "no noticeable difference": (
-        "The range of one stiffness, all others kept, within which the result does not change by "
-        "more than its own uncertainty. Inside it the supplier is free."
+        "The range of one stiffness, with all others unchanged, in which the result does not "
+        "change by more than its uncertainty. Inside this range the supplier is free."
     ),
     "noise transfer function": (
         "Sound pressure at the ear per force at one mount and axis of one vehicle, in Pa/N, "
         "measured on the vehicle without its engine."
     ),
     "blocked force": (
-        "The force with which a source would push at a receiver that does not give way, in N, or "
-        "the moment in N m. It belongs to the source alone, whatever it stands on."
+        "The force in N, or the moment in N m, with which a source would push on a receiver that "
+        "does not move. It belongs to the source and does not depend on the receiver."
     ),
     "virtual point": (
-        "The place to which several sensors and hammer blows around it are referred, as if one "
-        "could measure three translations and three rotations, and push with three forces and "
-        "three moments, right there."
+        "The point for which motion and load are computed from several sensors and hammer hits "
+        "around it: three translations and three rotations, three forces and three moments."
     ),
     "prescribed motion": (
-        "The engine's motion at the mounts is taken as measured and kept while stiffnesses "
-        "change. In high gears this tends to understate the effect of a change (on the virtual "
+        "The motion of the engine at the mounts is taken as measured and does not change with the "
+        "stiffnesses. In high gears this tends to understate the effect of a change (on the "
+        "virtual "
         "test bench by 20 to 25 % in gears 5 to 7)."
     ),
     "coupled motion": (
-        "The engine's motion is solved again for every design: powertrain and wheel ends answer "
-        "to the changed stiffnesses, which keep the values of the measured amplitudes."
+        "The motion of the engine is solved again for every design: powertrain and wheel ends "
+        "move differently with other stiffnesses. The stiffnesses keep their values at the "
+        "measured amplitudes."
     ),
     "amplitude-dependent motion": (
-        "Coupled motion in which every mount's stiffness also follows the amplitude that comes "
-        "out: rubber softens as it moves further."
+        "Coupled motion in which the stiffness of every mount also depends on the computed "
+        "amplitude: rubber softens with amplitude."
     ),
     "hypervolume": (
-        "How much of a box a front dominates, from its ideal corner to a stated reference point: "
-        "one number for a whole front, the larger the better."
+        "The volume that a front dominates, up to a stated reference point, as a share of a "
+        "common box: one number for a whole front, the larger the better."
     ),
     "attainment band": (
-        "From what the luckiest to what the unluckiest of several seeds attains; the line within "
-        "is what half of them attain."
+        "The range from the best to the worst front of several seeds; the line inside is attained "
+        "by half of the seeds."
     ),
     "within noise": (
-        "A difference that other draws and other seeds could have given as well. A real "
-        "difference is larger than chance explains at 99 %."
+        "A difference that other draws and other seeds can explain. A real difference is larger "
+        "than chance explains at 99 %."
     ),
     "not decided": (
-        "Two fronts of fewer than three seeds each differ by less than their searches may still "
-        "miss: three seeds of each would decide."
+        "Two fronts of fewer than three seeds each differ by less than their searches can miss: "
+        "three seeds of each would decide."
     ),
     "sensitivity index": (
-        "The share of an output's variance that a variable is behind, between 0 and 1, when all "
-        "variables vary at the same time within stated ranges (Sobol index). First order: what "
-        "the variable does alone. Total: that and all it does together with others; the rest is "
-        "the interaction. A variable whose total index is zero can be left out."
+        "The share of the variance of an output that comes from a variable, between 0 and 1, when "
+        "all variables vary at the same time within stated ranges (Sobol index). First order: "
+        "effect of the variable alone. Total: first order and all interactions with other "
+        "variables. A variable with a total index of zero can be left out."
     ),
     "correlation": (
-        "How far two vehicles rise and fall together when mounts change: 1 always in step, 0 not "
-        "at all, −1 always opposed. Pearson's coefficient (r) takes the levels themselves, "
-        "Spearman's only their order. It says nothing about how much each of them changes."
+        "A measure of how alike the levels of two vehicles change with the mounts: 1 always "
+        "together, 0 not at all, −1 always opposite. Pearson's coefficient (r) uses the levels, "
+        "Spearman's only their order. It does not show how much each level changes."
     ),
     "family of vehicles": (
-        "Vehicles of which any two correlate at least as much as asked: a design that is better "
-        "for one of them is better for the others, so that they can share one mount set."
+        "Vehicles of which any two correlate at least by a stated value: a design that is better "
+        "for one of them is better for the others, so they can share one mount set."
     ),
 }
 """Definition by term."""

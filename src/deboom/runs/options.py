@@ -1,4 +1,4 @@
-"""Options of studies: from a dataclass to the command line, and what is typed there."""
+"""Options of studies: from a dataclass to the command line, and types of options."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands in a results folder: every run in a line, one run in full, and a page of all."""
+"""Content of a results folder: a line for each run, one run in full, and a page of all runs."""
 
 from __future__ import annotations
 

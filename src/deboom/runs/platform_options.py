@@ -1,4 +1,4 @@
-"""From the options of a study to the booming model of a platform, and what is to say about it."""
+"""From the options of a study to the booming model of a platform."""
 
 from __future__ import annotations
 

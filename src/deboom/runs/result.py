@@ -1,4 +1,4 @@
-"""What a study gets from its runner, and what other commands ask of its model."""
+"""What a study gets from its runner, and what other commands need from its model."""
 
 from __future__ import annotations
 

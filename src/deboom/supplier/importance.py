@@ -1,4 +1,4 @@
-"""What a mount supplier learns from a sensitivity study alone: how much hangs on each direction."""
+"""What a mount supplier learns from a sensitivity study alone: the importance of each direction."""
 
 from __future__ import annotations
 

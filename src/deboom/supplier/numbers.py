@@ -1,4 +1,4 @@
-"""Effects of a supplier's parts, how sure they are, and the states at which parts are tested."""
+"""Effects of a supplier's parts with intervals, and the states at which parts are tested."""
 
 from __future__ import annotations
 

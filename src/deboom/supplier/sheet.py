@@ -1,4 +1,4 @@
-"""What a mount supplier quotes and signs: the tables of a part's sheet, whatever the part carries.
+"""The tables of a part's sheet, which a mount supplier quotes and signs.
 
 Columns are keys of `deboom.files.supplier_words`; `PartSheet.tables` has their labels.
 """

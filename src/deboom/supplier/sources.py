@@ -1,4 +1,4 @@
-"""What a mount supplier is asked for, from the finished run of a front study."""
+"""Demands on a mount supplier, from the finished run of a front study."""
 
 from __future__ import annotations
 

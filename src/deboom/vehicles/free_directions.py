@@ -1,4 +1,4 @@
-"""What is asked of each direction of a design, judged in the vehicle that it moves most."""
+"""Demands on each direction of a design, judged in the vehicle with the largest effect."""
 
 from __future__ import annotations
 

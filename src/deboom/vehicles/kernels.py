@@ -1,4 +1,4 @@
-"""Sums of levels over the lines, for many designs: what a robust search spends its time on.
+"""Sums of levels over the lines, for many designs; a robust search spends its time here.
 
 The loops of `deboom.vehicles.compiled_loops` do the work. The plain numpy path is their reference;
 it takes every number, and computes the designs whose products come near the end of the range of

@@ -1,9 +1,9 @@
 """Quantities that limits are stated for: levels in every vehicle, and what mounts must carry.
 
-Levels wrap a `BoomingModel` and keep its seam: designs in, one number per vehicle out, with exact
-derivatives. Requirements on the mounts beside being quiet are columns of `MountRequirements`: carry
-the weight and the torque, place the modes. `deboom.explore.robust.Limits` says which values are
-allowed.
+Levels wrap a `BoomingModel` and are called like it: designs in, one number per vehicle out, with
+exact derivatives. Requirements on the mounts beside being quiet are columns of `MountRequirements`:
+carry the weight and the torque, place the modes. `deboom.explore.robust.Limits` says which values
+are allowed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Plausibility of a platform: where its sheet, its mounts, its runs and its vehicles contradict.
+"""Plausibility of a platform: contradictions between data sheet, mounts, runs and vehicles.
 
 Each check compares what was stated with what was measured, or functions with their neighbours, and
 names the likely mistake. A finding is certain where nothing right looks like it; the others are

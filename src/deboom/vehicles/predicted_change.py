@@ -1,4 +1,4 @@
-"""The interval of a predicted change: what measurements leave open, and what the model leaves out.
+"""The interval of a predicted change: errors of measurements, and errors of the model.
 
 A prediction errs because data were measured, and because coupled motion leaves out a body that
 moves, stiffnesses that follow the amplitude, and parts that differ. The first is drawn again and

@@ -1,4 +1,4 @@
-"""Sound synthesised from bench forces, and each step of it held against what was measured.
+"""Sound synthesised from bench forces, and each step of it compared with measurements.
 
 Thesis, 3.6 and 3.7: blocked forces of the mounts on the bench times the noise transfer functions of
 the trimmed body. Where the body's accelerances were measured, blocked forces become the interface

@@ -1,4 +1,4 @@
-"""Measured data with everything that may be wrong with them, and draws of another measurement.
+"""Measured data with their possible errors, and draws of repeated measurements.
 
 A draw does not blur results: it measures again. Noise transfer functions, forces and motions are
 changed, and whatever is computed from data is computed from the changed ones. So vehicles, designs

@@ -52,6 +52,7 @@ from deboom.measurement.uncertainty import (
     pivotal_interval,
     probability_below,
 )
+from deboom.pages.front import drawn_rows, left_out
 from deboom.pages.motion import motion_report, report_runs
 from deboom.plot import IntervalPanel
 from deboom.plot.style import signed
@@ -536,15 +537,21 @@ def _levels(report: Report, repeated: Repeated) -> None:
     change = repeated.interval(lambda drawn: _change(drawn.level))
     loudest = repeated.interval(lambda drawn: drawn.loudest)
     change_of_loudest = repeated.interval(lambda drawn: _change(drawn.loudest))
-    changed = {name: _bounds(change, place) for place, name in enumerate(repeated.designs) if place}
+    drawn = drawn_rows(change.value[-1])
+    changed = {
+        name: _bounds(change, (place, drawn))
+        for place, name in enumerate(repeated.designs)
+        if place
+    }
     panels = [
-        IntervalPanel("mean level [dB(A)]", {TODAY: _bounds(level, 0)}),
+        IntervalPanel("mean level [dB(A)]", {TODAY: _bounds(level, (0, drawn))}),
         IntervalPanel("change against today's [dB]", changed),
     ]
     report.figure(
         "changes",
-        lambda: plot.interval_panels(repeated.vehicles, panels),
-        "Measured values and 90 % intervals.",
+        lambda: plot.interval_panels([repeated.vehicles[row] for row in drawn], panels),
+        "Measured values and 90 % intervals."
+        + left_out(len(repeated.vehicles), "that gain least", "vehicles"),
     )
     picks = pd.DataFrame(
         {
@@ -714,7 +721,7 @@ def _columns(
 
 
 def _bounds(
-    interval: Interval, place: int | slice = slice(None)
+    interval: Interval, place: int | slice | tuple[int, list[int]] = slice(None)
 ) -> tuple[RealArray, RealArray, RealArray]:
     """Return value, lower and upper end."""
     return interval.value[place], interval.lower[place], interval.upper[place]

@@ -42,6 +42,7 @@ from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, box
 from deboom.files.platform import platform_sha256
 from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.uncertainty import Interval, pivotal_interval
+from deboom.pages.front import drawn_rows, left_out
 from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_name, motion_report, report_runs
 from deboom.plot.style import mount_colours
@@ -643,24 +644,27 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
     )
     levels = study.shown_excess + question.limit
     today = study.response(study.space.nominal[np.newaxis])[0]
+    limit = np.broadcast_to(question.limit, today.shape)
+    drawn = drawn_rows(np.quantile(levels - limit, 0.95, axis=0))
     report.figure(
         "levels",
         lambda: plot.interval_panels(
-            study.vehicles,
+            [study.vehicles[row] for row in drawn],
             [
                 plot.IntervalPanel(
                     f"{study.response.quantity} [dB(A)]",
                     {
                         "parts of the box, median, 5 to 95 %": tuple(
-                            np.quantile(levels, [0.5, 0.05, 0.95], axis=0)
+                            np.quantile(levels[:, drawn], [0.5, 0.05, 0.95], axis=0)
                         ),
-                        "limit": (question.limit,) * 3,
-                        "today": (today,) * 3,
+                        "limit": (limit[drawn],) * 3,
+                        "today": (today[drawn],) * 3,
                     },
                 )
             ],
         ),
-        "Levels of the parts of the box about their limit.",
+        "Levels of the parts of the box about their limit."
+        + left_out(len(study.vehicles), "that come nearest to it", "vehicles"),
     )
     table = {
         "vehicle": list(study.vehicles),

@@ -8,9 +8,11 @@ import pandas as pd
 import pytest
 
 from deboom.common import listed
+from deboom.explore.robust import RobustValues, chosen
 from deboom.explore.sensitivity import SobolIndices
-from deboom.pages.front import PANELS, curve_rows, report_heard
+from deboom.pages.front import PANELS, curve_rows, drawn_rows, left_out, report_heard
 from deboom.pages.interactive_front import with_evaluated
+from deboom.pages.platform_front import DRAWN_OF_PRESCRIBED, PlatformFront
 from deboom.pages.sensitivity import index_figures, most_changed
 from deboom.plot.style import vehicle_colours
 from deboom.report import Report
@@ -39,6 +41,21 @@ class Fleet:
         return dict.fromkeys(self.vehicles, ())
 
 
+def robust_values(objectives):
+    """Return a front of one response whose designs are its objectives."""
+    n, zeros = len(objectives), np.zeros(len(objectives))
+    return RobustValues(
+        designs=objectives,
+        mean=objectives[:, :1],
+        sigma=objectives[:, 1:],
+        mean_sum=objectives[:, 0],
+        sigma_sum=objectives[:, 1],
+        standard_error_mean_sum=zeros,
+        standard_error_sigma_sum=zeros,
+        failed=np.zeros(n, dtype=bool),
+    )
+
+
 def shown(count):
     fleet, report = Fleet(count), Report("Wide")
     report.section("Levels")
@@ -51,6 +68,37 @@ def test_a_fleet_that_fits_is_drawn_as_curves_alone():
     report = shown(3)
     assert list(report.figures) == ["spl_curves"]
     assert report.pictures["spl_curves"].caption == "Curves."
+
+
+def test_the_largest_are_drawn_and_a_caption_says_where_all_are():
+    values = np.arange(30.0)
+    assert drawn_rows(values) == list(range(30 - PANELS, 30))
+    assert drawn_rows(-values) == list(range(PANELS))
+    assert drawn_rows(values[:3]) == [0, 1, 2]
+    assert left_out(PANELS, "that gain least", "vehicles") == ""
+    assert left_out(30, "that gain least", "vehicles") == (
+        " The 24 of 30 vehicles that gain least; vehicles.csv has all."
+    )
+
+
+@pytest.mark.parametrize(("count", "judged"), [(PANELS, 90), (PANELS + 1, DRAWN_OF_PRESCRIBED)])
+def test_the_front_of_prescribed_motion_is_judged_in_part_where_a_fleet_is_wide(count, judged):
+    place = np.linspace(0.0, 1.0, 90)
+    values = robust_values(np.column_stack([place, 1.0 - np.sqrt(place)]))
+    asked = []
+
+    def judge(designs):
+        asked.append(designs)
+        return chosen(values, np.arange(len(designs)))
+
+    view = SimpleNamespace(
+        prescribed=SimpleNamespace(values=values),
+        fleet=Fleet(count),
+        front=SimpleNamespace(judge=judge),
+    )
+    PlatformFront.judged_prescribed.func(view)
+    assert len(asked[0]) == judged
+    assert {0.0, 1.0} <= set(asked[0][:, 0])  # both ends stay
 
 
 def test_of_a_wide_fleet_those_that_gain_least_are_curves_and_the_others_a_map():

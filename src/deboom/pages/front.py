@@ -39,10 +39,21 @@ PANELS = 24
 """Vehicles that are drawn as curves; of a larger fleet the others are a map."""
 
 
+def drawn_rows(values: RealArray) -> list[int]:
+    """Return the rows that are drawn, in their order: those of the `PANELS` largest values (n,)."""
+    return sorted(int(row) for row in np.argsort(-values, kind="stable")[:PANELS])
+
+
+def left_out(count: int, which: str, table: str) -> str:
+    """Say which of `count` vehicles are drawn, and where all stand; nothing where all are drawn."""
+    if count <= PANELS:
+        return ""
+    return f" The {PANELS} of {count} vehicles {which}; {table}.csv has all."
+
+
 def curve_rows(fleet: FleetFront, design: RealArray) -> list[int]:
     """Return the vehicles that are drawn as curves, in their order: those that gain least."""
-    rows = np.argsort(-fleet.splv_change(design), kind="stable")[:PANELS]
-    return sorted(int(row) for row in rows)
+    return drawn_rows(fleet.splv_change(design))
 
 
 def report_heard(

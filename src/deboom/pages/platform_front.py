@@ -12,11 +12,12 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.common import N_PER_MM
 from deboom.errors import InputError
-from deboom.explore.front import unbeaten
+from deboom.explore.front import thinned, unbeaten
 from deboom.explore.result import Front
 from deboom.explore.robust import DesignLimits, RobustValues, chosen
 from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.channels import LoadCase
+from deboom.pages.front import PANELS
 from deboom.pages.motion import MotionReport, factor_name, motion_report
 from deboom.plot.style import vehicle_colours
 from deboom.vehicles.booming_model import BoomingModel, Motion
@@ -37,6 +38,10 @@ AT_THE_EDGE = 0.005
 
 FURTHER = 0.1
 """How much further than the search a factor at its edge is tried [1]."""
+
+
+DRAWN_OF_PRESCRIBED = 40
+"""Designs of the front of prescribed motion that are judged anew where a fleet is wide."""
 
 
 CHANGE_REPETITIONS = 40
@@ -291,7 +296,11 @@ class PlatformFront:
         """The front of prescribed motion as this model judges it, by its label."""
         if self.prescribed is None:
             return {}
-        values = self.front.judge(self.prescribed.values.designs)
+        values = self.prescribed.values
+        if len(self.fleet.vehicles) > PANELS:  # each design costs as long as vehicles are many
+            values = chosen(values, np.flatnonzero(unbeaten(values)))
+            values = thinned(values, DRAWN_OF_PRESCRIBED)
+        values = self.front.judge(values.designs)
         rows = np.flatnonzero(unbeaten(values))
         rows = rows[np.argsort(values.mean_sum[rows], kind="stable")]
         return {"found with prescribed motion": chosen(values, rows)}

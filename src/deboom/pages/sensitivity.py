@@ -27,7 +27,7 @@ from deboom.explore.sensitivity import (
 )
 from deboom.explore.space import stiffness_factor_space
 from deboom.mounts.mount import Mount
-from deboom.pages.front import PANELS
+from deboom.pages.front import PANELS, drawn_rows, left_out
 from deboom.pages.front_answer import abbreviations, spelled_out
 from deboom.pages.motion import factor_name, motion_name, motion_report
 from deboom.plot import HeatMap, IntervalPanel, LineMap, heat_maps, interval_panels, line_maps
@@ -685,16 +685,12 @@ def _line_map(study: Sensitivity) -> Figure:
 
 def most_changed(study: Sensitivity) -> list[int]:
     """Return the vehicles with a panel, in their order: those that the stiffnesses change most."""
-    change = np.abs(study.slope).max(axis=0)
-    return sorted(int(row) for row in np.argsort(-change, kind="stable")[:PANELS])
+    return drawn_rows(np.abs(study.slope).max(axis=0))
 
 
 def _left_out(study: Sensitivity, table: str) -> str:
     """Say in what table the vehicles stand that have no panel; nothing where all have one."""
-    if len(study.vehicles) <= PANELS:
-        return ""
-    count = f"{PANELS} of {len(study.vehicles)}"
-    return f" The {count} vehicles that a stiffness changes most; {table}.csv has all."
+    return left_out(len(study.vehicles), "that a stiffness changes most", table)
 
 
 def index_figures(

@@ -16,6 +16,7 @@ from deboom.files.run_folder import RunEntry
 from deboom.files.supplier_words import labelled, said
 from deboom.files.tables import read_frame
 from deboom.mounts.mount import Mount
+from deboom.pages.front import drawn_rows
 from deboom.pages.sensitivity import NEGLIGIBLE, SLOPE, Analysis
 from deboom.report.sheet import Sheet
 from deboom.supplier.page import searched_documents, show
@@ -128,12 +129,15 @@ class ImportanceSheet:
             + self._variation(),
         )
         show(page, self.summary)
-        panels = []
+        panels, names = [], list(self.vehicles.values())
+        largest = self.by_vehicle.groupby("vehicle")["share_total"].max()
+        drawn = drawn_rows(largest.loc[names].to_numpy())
         for variable, rows in self.by_vehicle.groupby("direction", sort=False):
             total, half = rows["share_total"].to_numpy(), rows["share_half_width"].to_numpy()
             if total.max() < PERCENT * NEGLIGIBLE:
                 continue
-            alone = rows["share_alone"].to_numpy()
+            total, half = total[drawn], half[drawn]
+            alone = rows["share_alone"].to_numpy()[drawn]
             groups = {
                 say("with others, 95 %", "mit anderen, 95 %"): (total, total - half, total + half),
                 say("alone", "allein"): (alone, alone, alone),
@@ -141,18 +145,29 @@ class ImportanceSheet:
             panels.append(plot.IntervalPanel(say("share [%]", "Anteil [%]"), groups, str(variable)))
         if panels:
             page.figure(
-                plot.interval_panels(list(self.vehicles.values()), panels, columns=3),
+                plot.interval_panels([names[row] for row in drawn], panels, columns=3),
                 say(
                     f"Shares in every vehicle, of directions with {PERCENT * NEGLIGIBLE:g} % or "
                     "more in one.",
                     "Anteile in jedem Fahrzeug, von Richtungen mit mindestens "
                     f"{page.local(PERCENT * NEGLIGIBLE)} % in einem.",
-                ),
+                )
+                + self._not_drawn(len(drawn)),
             )
         page.section(say("In every vehicle", "In jedem Fahrzeug"))
         show(page, self.by_vehicle)
         page.foot = foot
         return page
+
+    def _not_drawn(self, count: int) -> str:
+        """Say how many vehicles are drawn; nothing where all are."""
+        whole = len(self.vehicles)
+        if count == whole:
+            return ""
+        return self.say(
+            f" The {count} of {whole} vehicles with the largest share; the workbook has all.",
+            f" Die {count} von {whole} Fahrzeugen mit dem größten Anteil; die Mappe hat alle.",
+        )
 
     def _variation(self) -> str:
         """Say what varied, and how far."""

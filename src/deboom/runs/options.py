@@ -14,6 +14,7 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 from typer import CallbackParam, Option
 from typer.models import ArgumentInfo, OptionInfo
 
+from deboom.choices import CalibrationLevel
 from deboom.errors import InputError
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, Statistic
 from deboom.explore.robust import Robust
@@ -47,6 +48,7 @@ Seed = Annotated[int, Option(help="From 1; the same seed gives the same numbers.
 StudiesFolder = Annotated[
     Path | None, Option(help="Folder with the run's script; default: deboom's own studies.")
 ]
+Level = Annotated[CalibrationLevel, Option(help="How well sensors are calibrated and placed.")]
 IdenticalMounts = Annotated[
     bool, Option(help="With a drawing: place and lean of mounts of one round part.")
 ]

@@ -40,7 +40,7 @@ from deboom.pages.compressor_identification import (
 )
 from deboom.pages.identification import identification_report
 from deboom.report import Report
-from deboom.runs.options import IdenticalMounts, Seed
+from deboom.runs.options import IdenticalMounts, Level, Seed
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
@@ -50,10 +50,7 @@ class Options:
     """Which compressor is identified, and what is fitted beside."""
 
     seed: Seed = 1
-    level: Annotated[
-        CalibrationLevel,
-        Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
-    ] = CalibrationLevel.C2
+    level: Level = CalibrationLevel.C2
     test: Annotated[Path | None, Option(help="Folder with compressor_test.toml.")] = None
     identical_mounts: IdenticalMounts = False
 

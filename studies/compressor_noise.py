@@ -60,7 +60,7 @@ from deboom.pages.compressor_noise import (
 from deboom.plot import CurvePanel
 from deboom.plot.style import signed
 from deboom.report import Report
-from deboom.runs.options import BAND, Seed, at_least, band_of
+from deboom.runs.options import BAND, Level, Seed, at_least, band_of
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
@@ -77,10 +77,7 @@ class Options:
     """Which car is looked at, and what is modelled of it."""
 
     seed: Seed = 1
-    level: Annotated[
-        CalibrationLevel,
-        Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
-    ] = CalibrationLevel.C2
+    level: Level = CalibrationLevel.C2
     car: Annotated[Path | None, Option(help="Folder with car.toml.")] = None
     band: Annotated[str, Option(metavar=BAND, help="Band of the analysis [Hz].")] = "20-140"
     hoses: Annotated[

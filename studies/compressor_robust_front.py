@@ -78,6 +78,7 @@ from deboom.runs.search import (
     keeping_peaks,
     report_limits,
 )
+from deboom.supplier.compressor_sheet import travel_over_today
 from deboom.vehicles.fleet_front import FleetFront
 from deboom.vehicles.free_directions import NOTICEABLE
 
@@ -352,8 +353,7 @@ class MountFront:
 
     def travel(self, design: RealArray) -> float:
         """Largest travel of a mount under 1 g over today's [1]."""
-        both = self.model.statics(np.stack([design, self.front.robust.space.nominal]))[:, 0]
-        return float(both[0] / both[1])
+        return travel_over_today(self.model.statics, design, self.front.robust.space.nominal)
 
     @property
     def at_bound(self) -> tuple[str, ...]:

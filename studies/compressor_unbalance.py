@@ -34,7 +34,7 @@ from deboom.files.limits import read_component_limits
 from deboom.pages.compressor_unbalance import STEPS, UnbalancePlan, measured_unbalance
 from deboom.pages.unbalance import unbalance_report
 from deboom.report import Report
-from deboom.runs.options import ComponentLimitsFile, Seed
+from deboom.runs.options import ComponentLimitsFile, Level, Seed
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
@@ -44,10 +44,7 @@ class Options:
     """Which compressor runs, and what it is held against."""
 
     seed: Seed = 1
-    level: Annotated[
-        CalibrationLevel,
-        Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
-    ] = CalibrationLevel.C2
+    level: Level = CalibrationLevel.C2
     test: Annotated[Path | None, Option(help="Folder with operation.toml.")] = None
     limits: ComponentLimitsFile = None
 

@@ -110,6 +110,7 @@ class Model:
     platform: Platform
     robust: Robust
     inputs: tuple[Path, ...]
+    assumed: tuple[str, ...] = ()
     runs: Runs | None = None
     made: MadeParts | None = None
     picked: RealArray | None = None
@@ -127,12 +128,12 @@ def prepare(options: Options) -> Model:
         designs = study.run.designs
         design = study.wanted if options.point is None else _numbered(designs, options.point)
         inputs = (*study.platform.input_files, *study.run.files)
-        return Model(study.platform, study.model, inputs, picked=design)
+        return Model(study.platform, study.model, inputs, study.run.assumed, picked=design)
     runs = options.platform.runs()
     index = options.motion.model(runs)
     made = scatter.made(index.variable_names)
     robust = made.response(index, sobol_sample(made.n_draws, SEARCH_DRAWS, seed=options.seed))
-    return Model(runs.platform, robust, runs.platform.input_files, runs, made)
+    return Model(runs.platform, robust, runs.platform.input_files, runs=runs, made=made)
 
 
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
@@ -154,6 +155,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "are valid for prices without a fixed part.",
         *motion_report(sets.index, design[np.newaxis]).warnings,
     )
+    report.assume(*model.assumed)
     report.summary |= _summary(sets, options)
     _allocation_section(report, sets)
     _verification_section(report, sets)

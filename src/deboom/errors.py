@@ -44,10 +44,6 @@ class DataWarning(UserWarning):
     """
 
 
-class AssumedWarning(DataWarning):
-    """Something that nobody stated and a default stands in for; pages say so as well."""
-
-
 @contextmanager
 def naming(item: object) -> Iterator[None]:
     """Begin each sentence of a refusal with the item that it is about, such as its file."""

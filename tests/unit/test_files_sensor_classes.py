@@ -17,7 +17,7 @@ from deboom.bench.compressor_writer import tolerance_section, write_compressor_t
 from deboom.choices import CalibrationLevel
 from deboom.compressor.identification import IdentifyOptions
 from deboom.compressor.identify import identify
-from deboom.errors import AssumedWarning, InputError
+from deboom.errors import DataWarning, InputError
 from deboom.files.campaign import ToleranceEntry, read_campaign
 from deboom.files.check import check_folder
 from deboom.files.inertance_test import ToleranceSection, read_inertance_test
@@ -27,7 +27,8 @@ from deboom.files.sensor_classes import CLASS_DEFAULTS, completed
 from deboom.measurement.sensors import PlacementTolerances, Tolerances
 from deboom.mounts.characterise import characterise
 from deboom.mounts.characterised_mount import ASSUMED
-from deboom.runs.progress import assumptions
+from deboom.pages.motion import report_runs
+from deboom.report import Report
 from deboom.runs.runner import load_study, run_study
 from samples.campaign_runs import SEVEN_RUNS
 
@@ -149,15 +150,16 @@ def test_mounts_in_a_library_carry_their_defaults_to_the_pages_of_a_platform(lig
         replace(each, settings={**each.settings, ASSUMED: assumed[0]}) for each in first.directions
     ]
     marked = replace(platform, library=(replace(first, directions=tuple(directions)), *others))
-    with assumptions() as sentences, pytest.warns(AssumedWarning, match="rest on defaults"):
-        marked.runs()
-    with assumptions() as sentences, warnings.catch_warnings():
-        marked.runs()
-        marked.runs()
-    assert sentences == [sentences[0]] * 2
+    with pytest.warns(DataWarning, match="rest on defaults"):
+        runs = marked.runs()
+    page = Report("A platform", "Is it quiet?")
+    report_runs(page, runs)
+    assert [sentence for sentence in page.warnings if "rest on defaults" in sentence]
+    assert "15 tolerances are defaults" in page.facts["assumed"]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        platform.runs()
+        assert platform.runs().assumed == ()
+    assert platform.runs(mounts="spectra").assumed == marked.runs(mounts="spectra").assumed == ()
 
 
 def test_what_needs_the_powertrain_asks_for_it_by_name(light, stated):

@@ -106,6 +106,12 @@ class ComparedRun:
         """Seed of the search."""
         return int(self.entry.record["seed"])
 
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """Which defaults its model rests on, in words, as its record says."""
+        said = self.entry.record.get("facts", {}).get("assumed", "")
+        return (said,) if said else ()
+
     @cached_property
     def configuration(self) -> str:
         """Everything that was asked for but the seed, as text that can be compared."""

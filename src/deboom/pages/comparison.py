@@ -380,6 +380,7 @@ def comparison_report(study: Comparison) -> Report:
         "sets_of_draws": SETS,
     }
     report.inputs += [path for judged in study.fronts for path in judged.run.files]
+    report.assume(*(said for judged in study.fronts for said in judged.run.assumed))
 
     _verdict(report, study)
     report.section("How it was decided", _method(study))

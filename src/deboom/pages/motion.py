@@ -112,8 +112,9 @@ def report_runs(report: Report, runs: Runs) -> None:
 
     The report gets a table ``surface_check``, the key ``surface_difference_at_peaks_db``, a
     section, and a warning where they do not agree; nothing if forces are the measured ones. It
-    also says what coupled motion lacks.
+    also says on which defaults the forces rest and what coupled motion lacks.
     """
+    report.assume(*runs.assumed)
     report.warn(runs.not_coupled)
     report.warn(band_in_words(runs.platform, runs.band))
     if words := pieces_in_words(runs.platform):

@@ -1,16 +1,12 @@
-"use strict";
 // Runs of a results folder and searches as they grow. Texts come from files that anybody may have
 // written: they enter the page as text, never as markup.
 
 const POLL_MS = 3000;
 const WIDTH = 440, HEIGHT = 300, LEFT = 78, BOTTOM = 44, TOP = 12, RIGHT = 14;
-const SVG = "http://www.w3.org/2000/svg";
 const chosen = new Set();
 let runs = [];
 
-const byId = id => document.getElementById(id);
-
-function element(name, text = "", attributes = {}) {
+function created(name, text = "", attributes = {}) {
   const made = document.createElement(name);
   made.textContent = text;
   for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
@@ -30,15 +26,6 @@ async function fetched(path) {
   return answer.json();
 }
 
-// ticks at 1, 2 or 5 times a power of ten, at most six
-function ticks(low, high) {
-  const raw = (high - low) / 5 || 1, power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map(factor => factor * power).find(size => size >= raw);
-  const first = Math.ceil(low / step), values = [];
-  for (let n = first; n * step <= high; n += 1) values.push(n * step);
-  return { values, digits: Math.max(0, -Math.floor(Math.log10(step))) };
-}
-
 // the front: sum of sigma over sum of the mean level, best below and to the left
 function frontPicture(front) {
   const picture = drawn("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img",
@@ -51,14 +38,14 @@ function frontPicture(front) {
   const [x0, x1] = range(0), [y0, y1] = range(1);
   const x = value => LEFT + (WIDTH - LEFT - RIGHT) * (value - x0) / (x1 - x0);
   const y = value => HEIGHT - BOTTOM - (HEIGHT - BOTTOM - TOP) * (value - y0) / (y1 - y0);
-  const along = ticks(x0, x1), up = ticks(y0, y1);
+  const along = ticks(x0, x1, 5), up = ticks(y0, y1, 5);
   for (const value of along.values) {
     picture.append(drawn("line", { x1: x(value), x2: x(value), y1: TOP, y2: HEIGHT - BOTTOM, stroke: "#dfe3e8" }));
-    picture.append(drawn("text", { x: x(value), y: HEIGHT - BOTTOM + 16, "text-anchor": "middle", "font-size": 11, fill: "#5f6b7a" }, value.toFixed(along.digits)));
+    picture.append(drawn("text", { x: x(value), y: HEIGHT - BOTTOM + 16, "text-anchor": "middle", "font-size": 11, fill: "#5f6b7a" }, value.toFixed(along.decimals)));
   }
   for (const value of up.values) {
     picture.append(drawn("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: y(value), y2: y(value), stroke: "#dfe3e8" }));
-    picture.append(drawn("text", { x: LEFT - 6, y: y(value) + 4, "text-anchor": "end", "font-size": 11, fill: "#5f6b7a" }, value.toFixed(up.digits)));
+    picture.append(drawn("text", { x: LEFT - 6, y: y(value) + 4, "text-anchor": "end", "font-size": 11, fill: "#5f6b7a" }, value.toFixed(up.decimals)));
   }
   const title = { "text-anchor": "middle", "font-size": 12, fill: "#1f2933" };
   picture.append(drawn("text", { x: (LEFT + WIDTH) / 2, y: HEIGHT - 8, ...title }, "Σ of mean levels over vehicles and lines [dB]"));
@@ -69,16 +56,16 @@ function frontPicture(front) {
 }
 
 function searchBlock(run, search) {
-  const block = element("div", "", { class: "search" });
+  const block = created("div", "", { class: "search" });
   const of = search.planned ? ` of ${search.planned}` : "";
-  block.append(element("h3", `${run.study}, ${search.name}: generation ${search.generation}${of}, ${search.evaluated} designs`));
-  block.append(search.front.length ? frontPicture(search.front) : element("p", "No design keeps the limits yet."));
-  const ends = element("dl");
+  block.append(created("h3", `${run.study}, ${search.name}: generation ${search.generation}${of}, ${search.evaluated} designs`));
+  block.append(search.front.length ? frontPicture(search.front) : created("p", "No design keeps the limits yet."));
+  const ends = created("dl");
   for (const [pick, design] of Object.entries(search.ends)) {
-    ends.append(element("h4", `${pick} so far, × today's stiffness`));
+    ends.append(created("h4", `${pick} so far, × today's stiffness`));
     for (const [name, factor] of Object.entries(design)) {
-      const item = element("div");
-      item.append(element("dt", name), element("dd", factor.toFixed(3)));
+      const item = created("div");
+      item.append(created("dt", name), created("dd", factor.toFixed(3)));
       ends.append(item);
     }
   }
@@ -91,7 +78,7 @@ async function showSearches() {
   for (const run of running) {
     const { searches } = await fetched(`/api/search?run=${encodeURIComponent(run.id)}`);
     for (const search of searches) blocks.push(searchBlock(run, search));
-    if (!searches.length) blocks.push(element("p", `${run.study}, ${run.started}: no generation is complete yet.`));
+    if (!searches.length) blocks.push(created("p", `${run.study}, ${run.started}: no generation is complete yet.`));
   }
   byId("running").hidden = running.length === 0;
   byId("searches").replaceChildren(...blocks);
@@ -104,26 +91,26 @@ function isWanted(run) {
 }
 
 function runRow(run) {
-  const row = element("tr"), box = element("input", "", { type: "checkbox", "aria-label": `compare ${run.id}` });
+  const row = created("tr"), box = created("input", "", { type: "checkbox", "aria-label": `compare ${run.id}` });
   box.checked = chosen.has(run.id);
   box.addEventListener("change", () => {
     if (box.checked) chosen.add(run.id); else chosen.delete(run.id);
     showSideBySide();
   });
-  const cells = ["", run.study, run.started, run.state, run.special].map(text => element("td", text));
+  const cells = ["", run.study, run.started, run.state, run.special].map(text => created("td", text));
   cells[0].append(box);
   cells[2].className = "when";
-  const numbers = element("td", "", { class: "headlines" });
+  const numbers = created("td", "", { class: "headlines" });
   for (const [label, value] of Object.entries(run.headlines).slice(0, 4)) {
-    const line = element("div");
-    line.append(element("b", value), ` ${label}`);
+    const line = created("div");
+    line.append(created("b", value), ` ${label}`);
     numbers.append(line);
   }
-  const links = element("td", "", { class: "links" });
-  for (const page of run.pages.slice(0, 8)) links.append(element("a", page.title, { href: page.url }));
-  links.append(element("a", "files", { href: run.files }));
+  const links = created("td", "", { class: "links" });
+  for (const page of run.pages.slice(0, 8)) links.append(created("a", page.title, { href: page.url }));
+  links.append(created("a", "files", { href: run.files }));
   if (run.picks.length)
-    links.append(element("code", `sheet from a design: deboom report ${run.typed} --supplier --design ${run.picks[0]}`));
+    links.append(created("code", `sheet from a design: deboom report ${run.typed} --supplier --design ${run.picks[0]}`));
   row.append(...cells, numbers, links);
   return row;
 }
@@ -138,16 +125,16 @@ function showSideBySide() {
   byId("side").hidden = compared.length < 2;
   if (compared.length < 2) return;
   byId("command").textContent = `deboom compare ${compared.map(run => run.typed).join(" ")}`;
-  const head = element("tr");
-  head.append(element("th", ""), ...compared.map(run => element("th", `${run.study}, ${run.started}`, { scope: "col" })));
+  const head = created("tr");
+  head.append(created("th", ""), ...compared.map(run => created("th", `${run.study}, ${run.started}`, { scope: "col" })));
   byId("differences").tHead.replaceChildren(head);
   const facts = compared.map(run => ({ ...run.options, ...run.headlines }));
   const rows = [];
   for (const name of new Set(facts.flatMap(Object.keys))) {
     const values = facts.map(fact => fact[name] ?? "–");
     if (new Set(values).size === 1) continue;
-    const row = element("tr");
-    row.append(element("th", name, { scope: "row" }), ...values.map(value => element("td", value)));
+    const row = created("tr");
+    row.append(created("th", name, { scope: "row" }), ...values.map(value => created("td", value)));
     rows.push(row);
   }
   byId("differences").tBodies[0].replaceChildren(...rows);
@@ -159,7 +146,7 @@ async function refresh() {
     const before = JSON.stringify(runs);
     runs = content.runs.reverse();
     byId("problems").hidden = content.problems.length === 0;
-    byId("problems").replaceChildren(...content.problems.map(text => element("li", text)));
+    byId("problems").replaceChildren(...content.problems.map(text => created("li", text)));
     if (JSON.stringify(runs) !== before) { showRuns(); showSideBySide(); }
     await showSearches();
     byId("state").textContent = `${runs.length} runs; looked at ${new Date().toLocaleTimeString()}.`;

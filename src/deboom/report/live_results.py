@@ -12,7 +12,8 @@ _FOLDER = "deboom.report"
 def live_results_page() -> tuple[str, str]:
     """Return the page and its Content-Security-Policy: this script, this style, this address."""
     parts = files(_FOLDER)
-    script = parts.joinpath("live_results.js").read_text(encoding="utf-8")
+    scripts = ("page_parts.js", "live_results.js")
+    script = "".join(parts.joinpath(name).read_text(encoding="utf-8") for name in scripts)
     style = parts.joinpath("live_results.css").read_text(encoding="utf-8")
     page = parts.joinpath("live_results.html").read_text(encoding="utf-8")
     text = page.replace("/* style */", style).replace("/* script */", script)

@@ -14,6 +14,7 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 from typer import CallbackParam, Option
 from typer.models import ArgumentInfo, OptionInfo
 
+from deboom.choices import CalibrationLevel
 from deboom.errors import InputError
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, Statistic
 from deboom.explore.robust import Robust
@@ -47,6 +48,7 @@ Seed = Annotated[int, Option(help="Seed, 1 or higher; the same seed gives the sa
 StudiesFolder = Annotated[
     Path | None, Option(help="Folder with the script of the run; default: the studies of deboom.")
 ]
+Level = Annotated[CalibrationLevel, Option(help="How well sensors are calibrated and placed.")]
 IdenticalMounts = Annotated[
     bool, Option(help="With a drawing, fit position and tilt of mounts that are one round part.")
 ]

@@ -13,7 +13,7 @@ import typer
 from tqdm import tqdm
 
 from deboom.common import Progress
-from deboom.errors import AssumedWarning, DataWarning, IncompleteReport, InputError
+from deboom.errors import DataWarning, IncompleteReport, InputError
 
 LOG_LINES = 4
 MINUTE, HOUR = 60.0, 3600.0  # [s]
@@ -55,23 +55,6 @@ def _one_sentence_warnings() -> Iterator[None]:
         yield
     finally:
         warnings.formatwarning = layout
-
-
-@contextmanager
-def assumptions() -> Iterator[list[str]]:
-    """Gather every `AssumedWarning` of the block, which is shown as any other warning as well."""
-    sentences: list[str] = []
-    show = warnings.showwarning
-
-    def noted(message: Warning | str, category: type[Warning], *place: Any, **line: Any) -> None:
-        if issubclass(category, AssumedWarning):
-            sentences.append(str(message))
-        show(message, category, *place, **line)
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("always", AssumedWarning)
-        warnings.showwarning = noted
-        yield sentences
 
 
 _Task = TypeVar("_Task")

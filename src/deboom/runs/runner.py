@@ -57,7 +57,7 @@ from deboom.files.run_folder import (
 from deboom.report import PAGE, SUMMARY, Report, Step
 from deboom.runs.options import bands_as_declared, expanded, filled, is_lone_flag, is_positional
 from deboom.runs.overview import command_of, refresh_overview
-from deboom.runs.progress import assumptions, errors_as_sentences
+from deboom.runs.progress import errors_as_sentences
 from deboom.runs.result import RunContext
 from deboom.runs.second_process import SecondProcess
 
@@ -209,11 +209,9 @@ class Study:
     def report(self, arguments: Mapping[str, Any], context: RunContext | None = None) -> Report:
         """Run the study with these options; the others have their defaults."""
         options = filled(self.module.Options(), arguments)
-        with assumptions() as assumed:
-            report = self.module.run(self.module.prepare(options), options, context)
+        report = self.module.run(self.module.prepare(options), options, context)
         if not isinstance(report, Report):
             raise InputError(f"{self.path}: run(model, options, context) returns no Report")
-        report.assume(*assumed)
         return report
 
 

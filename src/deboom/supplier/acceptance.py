@@ -85,6 +85,7 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
         )
     if not delivery.predicted:
         report.warn("No platform was given (--platform): the cars' levels are not predicted.")
+    report.assume(*delivery.assumed)
     if not delivery.same_data:
         report.warn(
             "The files of the platform have changed since the box was computed: the predicted "

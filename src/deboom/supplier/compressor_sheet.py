@@ -148,11 +148,6 @@ class CompressorParts:
         """Return the mean level over lines and cars, (n, k) → (n,) [dB(A)]."""
         return np.asarray(self.index(designs).mean(axis=1) / self.index.n_lines)
 
-    def travel(self, design: RealArray) -> float:
-        """Return the largest travel of a mount under 1 g over today's [1]."""
-        both = self.statics(np.stack([design, self.today]))[:, 0]
-        return float(both[0] / both[1])
-
     @cached_property
     def slope(self) -> dict[str, float]:
         """Change of the mean level per `TENTH` more of each stiffness of the wanted design [dB]."""
@@ -191,6 +186,12 @@ class CompressorParts:
     def secrets(self) -> tuple[str, ...]:
         """What an anonymous sheet may not hold: names of cars, the study, and paths."""
         return secrets_of_run(self.run.entry, self.index.response_names)
+
+
+def travel_over_today(statics: MountStatics, design: RealArray, today: RealArray) -> float:
+    """Return the largest travel of a mount under 1 g with one design over that with today's [1]."""
+    both = statics(np.stack([design, today]))[:, 0]
+    return float(both[0] / both[1])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -316,7 +317,10 @@ class CompressorSheet(PartSheet):
         softest = np.array(self.parts.wanted)
         for column in self.parts.columns.values():
             softest[column] *= 1.0 - self.parts.tolerance(column)
-        travel = self.parts.travel(self.parts.wanted), self.parts.travel(softest)
+        travel = (
+            travel_over_today(self.parts.statics, each, self.parts.today)
+            for each in (self.parts.wanted, softest)
+        )
         at_nominal, at_ends = (f"{value:.2f}" for value in travel)
         say, line = self.say, f"{self.parts.reference_line:g}"
         pressure = self.parts.index.case_names[0]

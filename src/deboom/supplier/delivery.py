@@ -298,7 +298,8 @@ class Delivery(Tabled):
 
     `batches`: by mount, in the order of the table; `uncertainty`: of a measured stiffness,
     relative, expanded to 95 % [1]; `predicted`: a platform was there to predict levels;
-    `same_data`: that platform's files are those of the box; True without one.
+    `same_data`: that platform's files are those of the box; True without one; `assumed`: defaults
+    that its levels rest on, in words.
     """
 
     demand: Demand
@@ -306,6 +307,7 @@ class Delivery(Tabled):
     uncertainty: float
     predicted: bool
     same_data: bool
+    assumed: tuple[str, ...] = ()
 
     @property
     def parts(self) -> tuple[JudgedPart, ...]:
@@ -422,8 +424,14 @@ def judged_delivery(
         members = tuple(j for j in judged if (j.part.mount, j.part.batch) == (mount, batch))
         axes = limited_axes(demand, over_today=over_today)[mount]
         batches.append(_batch(demand, (batch, mount, axes), members, levels, seed))
-    same_data = levels is None or levels.same_data
-    return Delivery(demand, tuple(batches), uncertainty, levels is not None, same_data)
+    return Delivery(
+        demand,
+        tuple(batches),
+        uncertainty,
+        predicted=levels is not None,
+        same_data=levels is None or levels.same_data,
+        assumed=() if levels is None else levels.assumed,
+    )
 
 
 def _judged(
@@ -529,6 +537,7 @@ class _Levels:
             raise InputError(f"the box limits '{box.quantity}', this deboom knows {list(by_name)}")
         self.response = by_name[box.quantity]
         self.same_data = platform_sha256(runs.platform) == box.platform_sha256
+        self.assumed = runs.assumed
 
     def cars(self, mount: str, axes: tuple[str, ...], pieces: RealArray) -> Cars:
         """Build cars with drawn pieces of one mount, shape (n_processes, n_cars, n_axes)."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from deboom.arrays import RealArray, short_repr
 from deboom.common import choice, word_of
-from deboom.errors import AssumedWarning, DataWarning, InputError
+from deboom.errors import DataWarning, InputError
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import (
     ASSUMED,
@@ -265,6 +265,13 @@ class Platform:
             tuple(vehicle for vehicle in members if vehicle.name in names or vehicle.group in names)
         )
 
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """Which defaults the mounts of the library rest on, in words."""
+        settings = [each.settings for part in self.library for each in part.directions]
+        said = dict.fromkeys(str(each[ASSUMED]) for each in settings if ASSUMED in each)
+        return tuple(f"{self.library_file}: its mounts rest on defaults: {each}" for each in said)
+
     def runs(
         self,
         load_cases: Sequence[str] | None = None,
@@ -293,10 +300,8 @@ class Platform:
             return Runs(platform=self, fleet=fleet, cases=cases, band=band)
         if self.library_fault is not None:
             raise self.library_fault
-        settings = [each.settings for part in self.library for each in part.directions]
-        for assumed in dict.fromkeys(str(each[ASSUMED]) for each in settings if ASSUMED in each):
-            sentence = f"{self.library_file}: its mounts rest on defaults: {assumed}"
-            warnings.warn(sentence, AssumedWarning, stacklevel=2)
+        for sentence in self.assumed:
+            warnings.warn(sentence, DataWarning, stacklevel=2)
         outside = Outside.REFUSE if source is MountSource.library else Outside.KEEP_MEASURED
         try:
             pairs = [(case, surface_forces(case, self.library, outside)) for case, _ in cases]
@@ -377,6 +382,11 @@ class Runs:
     band: Band
     check: SurfaceCheck | None = None
     parts: tuple[CharacterisedMount, ...] = ()
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """Which defaults the forces rest on, in words; see `Platform.assumed`."""
+        return self.platform.assumed if self.parts else ()
 
     @cached_property
     def not_coupled(self) -> str:

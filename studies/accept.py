@@ -53,7 +53,7 @@ QUESTION = "Do these parts keep the acceptance box?"
 
 @dataclass(frozen=True)
 class Options:
-    """Which parts are held against what."""
+    """Which parts are judged, and by what."""
 
     box: Annotated[
         Path, Argument(help="Run of solution_box, an acceptance box, or a supplier's sheet.")

@@ -41,7 +41,7 @@ from deboom.runs.result import RunContext
 
 @dataclass(frozen=True)
 class Options:
-    """Which compressor runs, and what it is held against."""
+    """Which compressor runs, and by which limits it is judged."""
 
     seed: Seed = 1
     level: Level = CalibrationLevel.C2

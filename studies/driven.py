@@ -44,7 +44,7 @@ AS_PREDICTED, OTHERWISE, OPEN = "as predicted", "not as predicted", "not decided
 
 @dataclass(frozen=True)
 class Options:
-    """Which run is held against which drives."""
+    """Which run is compared with which drives."""
 
     run: Annotated[Path, Argument(help="Folder of a finished front study.")] = Path()
     folder: Annotated[

@@ -679,7 +679,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
 
 
 def acceptance_box(study: BoxStudy, certainty: Interval, options: Options) -> AcceptanceBox:
-    """Return the box as the file that deliveries are held against."""
+    """Return the box as the file by which deliveries are judged."""
     platform, check = study.runs.platform, study.solution.verified
     reference = np.where(study.identified, study.reference_stiffness, np.nan)
     # nobody can measure a direction that is not identified, and where the limit sets no end of its

@@ -73,7 +73,7 @@ QUESTION = "Which unbalance turns inside this compressor?"
 
 @dataclass(frozen=True)
 class Options:
-    """Which sweeps are evaluated, how, and what the part is held against."""
+    """Which sweeps are evaluated, how, and by which limits the part is judged."""
 
     seed: ClassVar[int] = 1
     """Nothing is drawn; a run folder states a seed all the same."""

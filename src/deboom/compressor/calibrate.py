@@ -154,7 +154,7 @@ def _running_mean(values: RealArray) -> RealArray:
 
 LARGEST_EVALUATIONS = 60
 MISFIT_BANDS = 8
-"""Groups of lines whose pulls are held against each other."""
+"""Groups of lines whose pulls are compared with each other."""
 
 
 @dataclass(frozen=True, eq=False)

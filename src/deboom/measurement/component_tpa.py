@@ -2,7 +2,7 @@
 
 Blocked forces belong to the source alone. Found on any receiver from responses in operation, by the
 functions of the assembly, they predict the sound at its ears, and on another receiver what source
-and receiver make of them together. Three things are held against measurement: sensors that were
+and receiver make of them together. Three things are compared with measurements: sensors that were
 left out (on-board validation), hits on the source whose load is known (completeness of the
 interface), and the ears.
 """

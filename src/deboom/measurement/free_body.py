@@ -20,7 +20,7 @@ GRAVITY = 9.80665
 FEWEST_LINES = 8
 """Lines that a fit needs at least."""
 INNER = 0.6
-"""Part of a band whose mass line is held against that of the whole [1]."""
+"""Part of a band whose mass line is compared with that of the whole [1]."""
 CANDIDATES = 24
 """Bands that are tried."""
 SMALLEST = 1e-9

@@ -131,7 +131,7 @@ class Comparison:
     def progress(self, judged: JudgedRun) -> float:
         """Return what a search's last fifth has gained, as a share of the box; NaN: unknown.
 
-        A gain beyond the box counts as well, but no more than the whole front is worth.
+        A gain outside the box counts too, but at most as much as the hypervolume of the front.
         """
         gained = self.box.share(last_gain(judged.run.front.convergence))
         return float(np.minimum(gained, self.box.hypervolume(judged.objectives)))

@@ -1,4 +1,4 @@
-"""Compressors identified from hammer tests, virtual ones held against their truth."""
+"""Compressors identified from hammer tests, virtual ones compared with their truth."""
 
 from __future__ import annotations
 

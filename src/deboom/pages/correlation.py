@@ -314,7 +314,7 @@ def correlation_report(study: CorrelationStudy, apart: str | None = None) -> Rep
     """Report who goes with whom: groups where there are several, else one vehicle held apart.
 
     - `study`: all vehicles of a platform, or those of one group.
-    - `apart`, optional: vehicle of a single group that is held against the others; by default the
+    - `apart`, optional: vehicle of a single group that is compared with the others; by default the
       least alike one.
     - raises InputError: an unknown vehicle.
     """
@@ -441,7 +441,7 @@ def _answer(report: Report, study: CorrelationStudy, finding: str) -> None:
 
 
 def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
-    """Report the vehicles of one group, one of them held against the others."""
+    """Report the vehicles of one group, one of them compared with the others."""
     if apart is not None and apart not in study.names:
         raise InputError(f"--apart '{apart}' is no vehicle of this study: use {list(study.names)}")
     kinds, designs = study.by_vehicle.kinds, study.by_vehicle.designs

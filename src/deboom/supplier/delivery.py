@@ -197,7 +197,7 @@ class Batch:
 
 @dataclass(frozen=True, eq=False)
 class Demand:
-    """What parts are held against.
+    """The demands by which parts are judged.
 
     `title`: of the box or the sheet; `variables`: intervals; `share_stated`: asked of the pieces
     [1]; `box`: None where only a sheet is there; `sheet`: parts were measured at its states, and
@@ -338,7 +338,7 @@ def limited_axes(demand: Demand, *, over_today: bool = False) -> dict[str, tuple
     Raises
     ------
     InputError
-        A limited axis without a reference stiffness: parts cannot be held against it in N/m.
+        A limited axis without a reference stiffness: parts cannot be judged by it in N/m.
     """
     axes: dict[str, list[str]] = {}
     for variable in demand.variables:

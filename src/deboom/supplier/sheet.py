@@ -446,7 +446,7 @@ class PartSheet(ABC):
 
     @cached_property
     def rules(self) -> tuple[str, ...]:
-        """Every rule that a delivery is judged by; none where nothing is held against a limit."""
+        """Every rule that a delivery is judged by; none if no limit applies."""
         sheet = self.specification
         if not sheet.musts or sheet.share_stated is None:
             return ()

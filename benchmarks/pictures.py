@@ -53,7 +53,7 @@ def main() -> None:
         tolerances = run_study(load_study(ROOT / "studies/tolerance_allocation.py"), folder, chosen)
         sharing = run_study(load_study(ROOT / "studies/commonality.py"), folder, {})
         files = SheetFiles(box=box, tolerances=tolerances, sharing=sharing)
-        sheets = supplier_sheets(front, mount="TSM", files=files)
+        sheets = supplier_sheets(front, mount="TSM", files=files, out=folder / "sheet")
         _quote("supplier_sheet", next(p for p in sheets.files if p.suffix == ".html"))
         given = {"box": box, "parts": PARTS, "platform": PLATFORM, "uncertainty": 0.02}
         delivery = run_study(load_study(ROOT / "studies" / "accept.py"), folder, given)

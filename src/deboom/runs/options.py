@@ -48,7 +48,10 @@ Seed = Annotated[int, Option(help="Seed, 1 or higher; the same seed gives the sa
 StudiesFolder = Annotated[
     Path | None, Option(help="Folder with the script of the run; default: the studies of deboom.")
 ]
-Level = Annotated[CalibrationLevel, Option(help="How well sensors are calibrated and placed.")]
+Level = Annotated[
+    CalibrationLevel,
+    Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
+]
 IdenticalMounts = Annotated[
     bool, Option(help="With a drawing, fit position and tilt of mounts that are one round part.")
 ]

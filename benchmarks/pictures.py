@@ -49,10 +49,7 @@ def main() -> None:
         _keep(box, "box", target, "acceptance_box")
         _first_pages(front, box, target)
         _quote("solution_box", box / "report.html", box / "summary.json")
-        chosen = {"from_run": front}
-        tolerances = run_study(load_study(ROOT / "studies/tolerance_allocation.py"), folder, chosen)
-        sharing = run_study(load_study(ROOT / "studies/commonality.py"), folder, {})
-        files = SheetFiles(box=box, tolerances=tolerances, sharing=sharing)
+        files = SheetFiles(box=box)
         sheets = supplier_sheets(front, mount="TSM", files=files, out=folder / "sheet")
         _quote("supplier_sheet", next(p for p in sheets.files if p.suffix == ".html"))
         given = {"box": box, "parts": PARTS, "platform": PLATFORM, "uncertainty": 0.02}

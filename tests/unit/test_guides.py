@@ -442,6 +442,46 @@ def test_a_figure_of_a_guide_is_that_of_the_run_it_quotes(pattern, key):
     assert said == (value if isinstance(value, str) else f"{value:.{digits}f}")
 
 
+SHOWN = {"6. What the supplier gets": "supplier_sheet", "7. Deliveries": "accept"}
+"""Sections of the guide to a specification, and the page whose numbers their tables show."""
+FIGURE = re.compile(r"(?<![\w.])\d+(?:\.\d+)?")
+
+
+def figures_of_page(name):
+    """Numbers of a page that `make pictures` has kept."""
+    text = (ROOT / "tests" / "golden" / "quoted" / f"{name}.txt").read_text(encoding="utf-8")
+    return [float(figure) for figure in FIGURE.findall(text)]
+
+
+def stands_in(said, figures):
+    return any(f"{figure:.{len(said.partition('.')[2])}f}" == said for figure in figures)
+
+
+@pytest.mark.parametrize(("section", "page"), SHOWN.items())
+def test_every_number_of_a_table_stands_on_the_page_that_it_shows(section, page):
+    """After a change that moves numbers: `make pictures`, then correct the guide."""
+    (text,) = re.findall(rf"^## {section}\n(.*?)(?=^## |\Z)", TEXT, re.M | re.S)
+    rows = [line for line in text.splitlines() if line.startswith("| ")][1:]
+    assert len(rows) >= 4
+    figures = figures_of_page(page)
+    strange = {row: [n for n in FIGURE.findall(row) if not stands_in(n, figures)] for row in rows}
+    assert {row: numbers for row, numbers in strange.items() if numbers} == {}
+
+
+PROSE = [
+    (r"all bands give −([\d.]+) dB", "supplier_sheet"),
+    (r"but only (\d+) % of the cars", "accept"),
+    (r"may be as low as (\d+) % for K3", "accept"),
+    (r"share of (\d+) parts that the search has not seen", "solution_box"),
+]
+
+
+@pytest.mark.parametrize(("pattern", "page"), PROSE)
+def test_a_number_of_a_sentence_stands_on_the_page_that_it_tells_of(pattern, page):
+    (said,) = re.search(pattern, " ".join(TEXT.split())).groups()
+    assert stands_in(said, figures_of_page(page))
+
+
 LIMITS = [
     ("large-fleets", r"\| picture \| up to (\d+) vehicles", PANELS),
     ("large-fleets", r"all \| the (\d+) that gain least", PANELS),

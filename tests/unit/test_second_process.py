@@ -4,6 +4,8 @@ import os
 import sys
 import threading
 import warnings
+from concurrent.futures.process import BrokenProcessPool
+from pickle import PicklingError
 from types import ModuleType
 
 import numpy as np
@@ -39,6 +41,8 @@ def report_of_pictures(offset=0.0):
 def test_pictures_are_the_same_bytes_wherever_they_are_drawn(second):
     here, there = report_of_pictures(), report_of_pictures()
     second.draw(there.every_picture)
+    for pending in list(second.pictures.values())[:2]:
+        pending.future.result()  # waits: what has not begun is drawn here
     second.drawn(there.every_picture)
     assert [picture for picture in there.every_picture if "_drawn" not in vars(picture)] == []
     assert list(there.figures) == ["front", "pairs"]
@@ -48,7 +52,11 @@ def test_pictures_are_the_same_bytes_wherever_they_are_drawn(second):
 
 
 def test_a_task_is_done_by_another_process(second):
-    assert second.begin(os.getpid).result() != os.getpid()
+    pending = second.begin(os.getpid)
+    there, warned = pending.future.result()  # waits: what has not begun is done here
+    assert there != os.getpid()
+    assert warned == []
+    assert pending.result() == there
 
 
 def test_an_error_of_a_task_is_raised_where_its_result_is_read(second):
@@ -56,6 +64,7 @@ def test_an_error_of_a_task_is_raised_where_its_result_is_read(second):
         raise InputError("n = 7: take a power of two")
 
     pending = second.begin(refuse)
+    assert isinstance(pending.future.exception(), InputError)
     with pytest.raises(InputError, match="n = 7"):
         pending.result()
 
@@ -65,8 +74,10 @@ def test_a_warning_of_a_task_is_shown_where_its_result_is_read(second):
         warnings.warn("nobody states the angle", AssumedWarning, stacklevel=2)
         return 1
 
+    pending = second.begin(assume)
+    assert len(pending.future.result()[1]) == 1
     with pytest.warns(AssumedWarning, match="nobody states"):
-        assert second.begin(assume).result() == 1
+        assert pending.result() == 1
 
 
 def test_what_cannot_travel_is_done_here(second):
@@ -81,7 +92,10 @@ def test_a_function_that_only_this_process_has_is_done_here(second, monkeypatch)
     exec("import os\ndef compute():\n    return os.getpid()", vars(module))
     module.compute.__module__ = module.__name__
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    assert second.begin(module.compute).result() == os.getpid()
+    pending = second.begin(module.compute)
+    with pytest.raises(PicklingError):
+        pending.future.result()
+    assert pending.result() == os.getpid()
 
 
 def test_what_a_dead_process_leaves_is_done_here():
@@ -94,6 +108,7 @@ def test_what_a_dead_process_leaves_is_done_here():
 
     with SecondProcess(cores=2) as process:
         tasks = [process.begin(die_elsewhere), process.begin(os.getpid)]
+        assert isinstance(tasks[0].future.exception(), BrokenProcessPool)
         assert [task.result() for task in tasks] == ["done here", first]
         assert process.begin(os.getpid).result() == first  # and does not begin another one
 

@@ -127,7 +127,11 @@ def _drawn(picture: Picture) -> tuple[bytes, str]:
 
 def _done(carried: bytes) -> tuple[Any, Warned]:
     """Do a task in the second process; return its result with the warnings on the way."""
+    try:
+        task = cloudpickle.loads(carried)
+    except Exception as error:  # of a module that the first process alone has
+        raise PicklingError(str(error)) from None
     with warnings.catch_warnings(record=True) as shown:
         warnings.simplefilter("always")
-        value = cloudpickle.loads(carried)()
+        value = task()
     return value, [(each.message, each.category) for each in shown]

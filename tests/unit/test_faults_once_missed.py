@@ -196,6 +196,24 @@ def test_a_front_is_thinned_in_its_box_and_not_in_the_units_of_its_objectives():
     np.testing.assert_array_equal(stay[2], stay[0])
 
 
+def test_a_front_of_three_objectives_is_thinned_in_its_box_too():
+    """The reference point lies beyond the box: numbers far above 1 would all lie outside."""
+    x, y = np.random.default_rng(1).uniform(size=(2, 40))
+    plane = np.c_[x, y, 2.0 - x - y]
+    zeros = np.zeros(40)
+    stay = [
+        thinned(
+            RobustValues(
+                plane, plane, plane, *[zeros] * 4, np.zeros(40, bool), objectives=plane * scale
+            ),
+            9,
+        ).designs
+        for scale in ((1.0, 1.0, 1.0), (1024.0, 1.0, 1.0), (1.0, 1024.0, 1024.0))
+    ]
+    np.testing.assert_array_equal(stay[1], stay[0])
+    np.testing.assert_array_equal(stay[2], stay[0])
+
+
 def test_hoses_that_halve_a_misfit_explain_three_quarters_of_its_square():
     assert HosePresence("sweep", misfit=4.0, misfit_with_hoses=2.0).explained == 0.75
     assert HosePresence("sweep", misfit=4.0, misfit_with_hoses=4.0).explained == 0.0

@@ -75,7 +75,8 @@ TAG = re.compile(r"<[^>]*>")
 IN_A_LINE = re.compile(r"</?(?:a|abbr|b|code|em|i|kbd|small|span|strong|sub|sup)\b[^>]*>")
 """Tags that do not end a paragraph."""
 PASSING = re.compile(
-    r"(\d+(?:\.\d+)? s\b|\d{4}-\d\d-\d\d\w*|(?<![\w.])[0-9a-f]{12,}|(?<![\w.])/\S+"
+    r"(\d+(?:\.\d+)? (?:s\b|(?:min|h)(?= left))|\d{4}-\d\d-\d\d\w*"
+    r"|(?<![\w.])[0-9a-f]{12,}|(?<![\w.])/\S+"
     r"|^.*(?:seconds|visible together only|is not visible).*$)",
     re.MULTILINE,
 )

@@ -23,8 +23,13 @@ N_PER_MM = 1e-3
 CONFIDENCE = 0.95
 """Confidence of an interval that a page shows [1]."""
 
+MOST_LISTED = 24
+"""Names that a sentence can still be read with."""
+
 Progress = Callable[[int, int, str], None]
 """Called after each step with its number, the number of steps, and a line of text."""
+
+_Choice = TypeVar("_Choice", bound=Enum)
 
 
 def shipped_studies() -> Path:
@@ -48,18 +53,11 @@ def word_of(word: str, words: Sequence[str], item: str) -> str:
     raise InputError(f"{item} '{word}' is unknown: {hint}")
 
 
-_Choice = TypeVar("_Choice", bound=Enum)
-
-
 def choice(kind: type[_Choice], word: str | _Choice, item: str) -> _Choice:
     """Return the member of an Enum that a word names; see `word_of`."""
     if isinstance(word, kind):
         return word
     return kind(word_of(str(word), [str(member.value) for member in kind], item))
-
-
-MOST_LISTED = 24
-"""Names that a sentence can still be read with."""
 
 
 def listed(names: Sequence[str]) -> str:

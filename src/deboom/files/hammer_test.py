@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from deboom.arrays import RealArray
+from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.errors import InputError, naming
 from deboom.files.disk import made_folder
 from deboom.files.function_table import ANY_REFERENCE, TIME_SIGNAL, Dof, FunctionMatrix
@@ -94,8 +94,8 @@ def read_hammer_test(folder: Path | str) -> HammerTest:
 def _measurement(
     path: Path, point: HammerPoint, channels: tuple[HammerChannel, ...], facts: HammerTestFile
 ) -> HammerMeasurement:
+    """Read the hits of one impact; they have one length and no number is missing."""
     item = f"impact '{point.impact}'"
-    push, responses = struck(point, alone=True), [channel.dof for channel in channels]
     hits: dict[int, list[UffFunction]] = defaultdict(list)
     with telling() as tell:
         for function in read_uff(path):
@@ -105,24 +105,15 @@ def _measurement(
         raise InputError(
             f"{path}: {item}: it holds hits {sorted(hits)}: number them from 1 without a gap"
         )
-    force, response = [], []
-    with telling() as tell:
-        for hit in sorted(hits):
-            with noting(tell):
-                blocks = FunctionMatrix(path, f"{item}: hit {hit}", (TIME_SIGNAL,), hits[hit])
-                blocks.check_known([push, *responses])
-                blow, *columns = [
-                    blocks.function(
-                        dof,
-                        ANY_REFERENCE,
-                        ordinate=what,
-                        unit=HAMMER_QUANTITIES[what],
-                        is_complex=False,
-                    )
-                    for dof, what in ((push, "force"), *((dof, dof.quantity) for dof in responses))
-                ]
-                force.append(blow)
-                response.append(np.column_stack(columns))
+    dofs = [(struck(point, alone=True), "force"), *((row.dof, row.quantity) for row in channels)]
+    signals = for_each(
+        lambda hit: _signals(
+            FunctionMatrix(path, f"{item}: hit {hit}", (TIME_SIGNAL,), hits[hit]), dofs
+        ),
+        sorted(hits),
+    )
+    force = [blow for blow, *_ in signals]
+    response = [np.column_stack(columns) for _, *columns in signals]
     lengths = sorted({values.size for values in force})
     if len(lengths) > 1:
         sentence = f"its blocks have {lengths} samples: export all with one length"
@@ -138,6 +129,17 @@ def _measurement(
         force_range=math.inf if facts.force_range_n is None else facts.force_range_n,
         ranges=tuple(c.range for c in channels),
     )
+
+
+def _signals(blocks: FunctionMatrix, dofs: Sequence[tuple[Dof, str]]) -> list[RealOrComplexArray]:
+    """Return the time signal of each degree of freedom of one hit; its quantity gives the unit."""
+    blocks.check_known([dof for dof, _ in dofs])
+    return [
+        blocks.function(
+            dof, ANY_REFERENCE, ordinate=what, unit=HAMMER_QUANTITIES[what], is_complex=False
+        )
+        for dof, what in dofs
+    ]
 
 
 def _hit_of(function: UffFunction, facts: HammerTestFile) -> int:

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -42,6 +43,17 @@ def test_the_battery_sets_one_vehicle_apart(vehicles):
     assert summary["r_u06_1_4_min_tolerance"] > 0.95
     families = pd.read_csv(vehicles / "families.csv")
     assert list(families["vehicles"]) == ["U06-1, U06-2, U06-3, U06-4", "U06-5"]
+
+
+def test_each_factor_stands_beside_each_vehicle(vehicles):
+    doe = pd.read_csv(vehicles / "doe.csv")
+    pairs = pd.read_csv(vehicles / "factor_pairs.csv")
+    assert len(pairs) == 12 * 5
+    for factor, vehicle, r, low, high, _ in pairs.itertuples(index=False):
+        true = np.corrcoef(doe[f"{factor} [1]"], doe[f"{vehicle} [dB(A)]"])[0, 1]
+        assert r == pytest.approx(true, abs=1e-5)
+        assert low <= r <= high
+    assert "Stiffness factors" in (vehicles / "report.html").read_text()
 
 
 def test_other_options(tmp_path):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from deboom import plot
-from deboom.errors import AssumedWarning, InputError
+from deboom.errors import DataWarning, InputError
 from deboom.report import Report
 from deboom.runs.second_process import Pending, SecondProcess, begun
 
@@ -71,12 +71,12 @@ def test_an_error_of_a_task_is_raised_where_its_result_is_read(second):
 
 def test_a_warning_of_a_task_is_shown_where_its_result_is_read(second):
     def assume():
-        warnings.warn("nobody states the angle", AssumedWarning, stacklevel=2)
+        warnings.warn("nobody states the angle", DataWarning, stacklevel=2)
         return 1
 
     pending = second.begin(assume)
     assert len(pending.future.result()[1]) == 1
-    with pytest.warns(AssumedWarning, match="nobody states"):
+    with pytest.warns(DataWarning, match="nobody states"):
         assert pending.result() == 1
 
 

@@ -58,6 +58,12 @@ class Correlations(Tabled):
         return pd.DataFrame(self.pearson[:, self.n_inputs :], self.names, responses)
 
     @property
+    def of_inputs(self) -> pd.DataFrame:
+        """The rows of `table` that pair a variable with a response."""
+        names, table = self.names[: self.n_inputs], self.table
+        return table[table["first"].isin(names) & ~table["second"].isin(names)]
+
+    @property
     def pairs(self) -> tuple[tuple[int, int], ...]:
         """Rows and columns above the diagonal, row by row."""
         rows, columns = np.triu_indices(len(self.names), 1)
@@ -169,11 +175,34 @@ def correlation(
     if not inputs:
         names = computed.response_names
         return correlations(computed.computed, names, seed=seed, resamples=resamples)
-    designs = computed.computed_designs
+    return input_correlations(
+        computed.space,
+        computed.computed_designs,
+        computed.computed,
+        computed.response_names,
+        seed=seed,
+        resamples=resamples,
+    )
+
+
+def input_correlations(
+    space: DesignSpace,
+    designs: RealArray,
+    values: RealArray,
+    names: Sequence[str],
+    *,
+    seed: int,
+    resamples: int = 1000,
+) -> Correlations:
+    """Return the correlations of the variables that vary, then of responses, as `correlations`.
+
+    - `designs` (n, k): of the variables of the space; `values` (n, r): their responses.
+    - `names`: names of the responses.
+    """
     varied = np.flatnonzero(np.ptp(designs, axis=0) > 0.0) if len(designs) else np.empty(0, int)
-    both = [*(computed.space.names[column] for column in varied), *computed.response_names]
-    values = np.hstack([designs[:, varied], computed.computed])
-    correlated = correlations(values, both, seed=seed, resamples=resamples)
+    both = [*(space.names[column] for column in varied), *names]
+    together = np.hstack([designs[:, varied], values])
+    correlated = correlations(together, both, seed=seed, resamples=resamples)
     return replace(correlated, n_inputs=len(varied))
 
 

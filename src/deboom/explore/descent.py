@@ -69,7 +69,7 @@ of the space]."""
 
 
 @runtime_checkable
-class Differentiable(Protocol):
+class Linearisable(Protocol):
     """A model whose responses have exact derivatives by its variables."""
 
     @property
@@ -111,7 +111,7 @@ def smooth_number(robust: Robust, objective: Objective) -> SmoothNumber | None:
 def is_smooth(robust: Robust, limits: DesignLimits | None = None) -> bool:
     """Say whether two objectives of a robust response, and all limits, have gradients.
 
-    They do for means and sigmas of a `Differentiable` model whose designs share their draws,
+    They do for means and sigmas of a `Linearisable` model whose designs share their draws,
     without whole-number variables. Limits may be bounds of means and sigmas, of the worst response
     from above, and of numbers of the design itself that have a ``gradient``; the worst drawn part
     and the rise of a booming peak, which comes and goes, have none.
@@ -126,7 +126,7 @@ def is_smooth(robust: Robust, limits: DesignLimits | None = None) -> bool:
         and (limits is None or hasattr(limits.requirements, "gradient"))
         and not robust.space.integer.any()
         and bool(np.any(robust.space.upper > robust.space.lower))
-        and isinstance(robust.evaluate, Differentiable)
+        and isinstance(robust.evaluate, Linearisable)
         and robust.evaluate.is_smooth
     )
 
@@ -209,7 +209,7 @@ def _linearised(
     See `objectives_and_gradients`: the gradients cost more than the numbers, and descents do not
     need them everywhere.
     """
-    model = cast(Differentiable, robust.evaluate)
+    model = cast(Linearisable, robust.evaluate)
     made_per_design, added = robust.made_terms(design)
     values, pull_back = model.linearised(design * made_per_design + added)
     moments = robust.prepared(design).derivatives(values)

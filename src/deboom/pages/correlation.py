@@ -23,6 +23,7 @@ from deboom.explore.correlation import (
     Families,
     correlations,
     families,
+    input_correlations,
     tolerance_scatter,
 )
 from deboom.explore.doe import (
@@ -40,7 +41,7 @@ from deboom.explore.space import DesignSpace
 from deboom.files.doe_table import read_plan
 from deboom.pages.front_answer import abbreviations
 from deboom.plot.correlations import MOST
-from deboom.plot.style import vehicle_colours
+from deboom.plot.style import signed, vehicle_colours
 from deboom.report import Report, Step, Table
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.design_factor import factor_space
@@ -249,6 +250,17 @@ class CorrelationStudy:
         """Vehicles that can share one mount set."""
         return families(self.names, self.by_vehicle.designs.pearson, self.cut)
 
+    def with_factors(self, levels: Levels) -> Correlations:
+        """Correlate the factors that vary with levels over the designs."""
+        return input_correlations(
+            self.doe.space,
+            self.doe.computed_designs,
+            levels.designs,
+            levels.names,
+            seed=self.seed,
+            resamples=self.resamples,
+        )
+
     def mean_with_others(self, name: str) -> float:
         """Return the mean correlation of one vehicle with all others [1]."""
         others = [other for other in self.names if other != name]
@@ -374,6 +386,7 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
     _append_clouds(report, study, study.group_levels, by_group, "groups")
     report.table("group_matrix", _matrix_table(by_group.designs))
     report.table("group_pairs", _pair_table(by_group))
+    _append_factors(report, study, study.group_levels)
     report.section(
         "Vehicles",
         "Every vehicle with every other one, over the designs; the intervals, Spearman's "
@@ -484,6 +497,7 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
     _append_clouds(report, study, study.vehicles, study.by_vehicle, "vehicles")
     report.table("matrix", _matrix_table(designs))
     report.table("pairs", _pair_table(study.by_vehicle))
+    _append_factors(report, study, study.vehicles)
     _append_families(report, study)
     return report
 
@@ -657,6 +671,36 @@ def _vehicles_in_families(study: CorrelationStudy) -> pd.DataFrame:
             "sigma over the tolerance [dB]": levels.scatter.std(axis=(0, 1)),
         }
     )
+
+
+def _append_factors(report: Report, study: CorrelationStudy, levels: Levels) -> None:
+    """Show how each stiffness factor goes with each level."""
+    of = study.with_factors(levels)
+    matrix = of.matrix.iloc[: of.n_inputs]
+    pairs = of.of_inputs.rename(columns={"first": "factor", "second": "level of"})
+    strongest = pairs.iloc[int(np.argmax(np.abs(pairs["pearson [1]"])))]
+    report.section(
+        "Stiffness factors",
+        f"The factor of {strongest['factor']} goes with {strongest['level of']} most: r = "
+        f"{signed(strongest['pearson [1]'], 2)}, 95 % interval "
+        f"{signed(strongest['pearson from [1]'], 2)} to {signed(strongest['pearson to [1]'], 2)}.",
+    )
+    heat_map = plot.HeatMap(
+        "",
+        tuple(matrix.columns),
+        tuple(matrix.index),
+        matrix.to_numpy().T,
+        column_title="stiffness factor",
+        limits=(-1.0, 1.0),
+    )
+    report.figure(
+        "factor_matrix",
+        lambda: plot.heat_maps([heat_map], columns=1),
+        "Pearson's correlation of each stiffness factor with each index over the designs: above 0 "
+        "the index rises with the stiffness. An influence that is not a straight line shows less; "
+        "factor_pairs.csv has the 95 % intervals and Spearman's coefficients.",
+    )
+    report.table("factor_pairs", pairs)
 
 
 def _matrix_table(of: Correlations) -> pd.DataFrame:

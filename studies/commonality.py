@@ -48,7 +48,7 @@ from deboom.pages.motion import motion_report, report_runs
 from deboom.plot.style import mount_of, signed
 from deboom.report import Report, Step, Table
 from deboom.runs.made_parts import rows_of
-from deboom.runs.options import Seed, at_least
+from deboom.runs.options import Bounds, Seed, Tolerance, at_least
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext, run_name
@@ -91,12 +91,8 @@ class Options:
             help="Number of descents to find the best mounts of one vehicle.", callback=at_least(1)
         ),
     ] = 12
-    bounds: Annotated[
-        float, Option(help="Half width of the range of stiffness factors around 1 [1].")
-    ] = 0.20
-    tolerance: Annotated[
-        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
-    ] = 0.15
+    bounds: Bounds = 0.20
+    tolerance: Tolerance = 0.15
     platform: PlatformOptions = PlatformOptions(group=None)
     motion: MotionOptions = MotionOptions()
 

@@ -54,7 +54,7 @@ from deboom.physics.sound_level import REFERENCE_PRESSURE
 from deboom.plot import CurvePanel
 from deboom.plot.style import signed
 from deboom.report import Report
-from deboom.runs.options import Seed
+from deboom.runs.options import Level, Seed
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
@@ -76,10 +76,7 @@ class Options:
     """Which source was tested, and where it goes."""
 
     seed: Seed = 1
-    level: Annotated[
-        CalibrationLevel,
-        Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
-    ] = CalibrationLevel.C2
+    level: Level = CalibrationLevel.C2
     test: Annotated[Path | None, Option(help="Folder with component.toml.")] = None
     receiver: Annotated[
         Path | None, Option(help="Folder with receiver.toml: another receiver for the source.")

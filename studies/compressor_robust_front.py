@@ -68,7 +68,7 @@ from deboom.runs.compressor_fleet import (
     travel_limit,
     virtual_fleet,
 )
-from deboom.runs.options import BAND, Seed, at_least, band_of
+from deboom.runs.options import BAND, Bounds, Level, Seed, at_least, band_of
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import (
@@ -120,10 +120,7 @@ class Options:
     fleet: Annotated[
         int | None, Option(help="Seed of a random virtual fleet; default: the shipped fleet.")
     ] = None
-    level: Annotated[
-        CalibrationLevel,
-        Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
-    ] = CalibrationLevel.C2
+    level: Level = CalibrationLevel.C2
     parts: Annotated[
         Parts, Option(help="One part for all mounts, or a separate part for each mount.")
     ] = Parts.identical
@@ -135,9 +132,7 @@ class Options:
     ] = None
     band: Annotated[str, Option(metavar=BAND, help="Band whose lines count [Hz].")] = "20-140"
     line_step: Annotated[float, Option(help="Distance of the frequency lines [Hz].")] = 2.0
-    reach: Annotated[
-        float, Option(help="Half width of the range of stiffness factors around 1 [1].")
-    ] = 0.4
+    reach: Bounds = 0.4
     travel: Annotated[
         float, Option(help="Largest allowed travel under 1 g, over today's travel [1].")
     ] = 1.2

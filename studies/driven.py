@@ -143,6 +143,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         report.tile(count, "booming peaks changed as predicted")
         decided = count
         sure = "How sure: both half widths hold 95 %; a difference within both is as predicted."
+    report.assume(*model.study.run.assumed)
     report.tile(*average)
     report.answer(
         f"{decided} booming peaks changed as predicted: {' '.join(average)}.", sure, f"{driven}."

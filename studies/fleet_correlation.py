@@ -29,7 +29,7 @@ from typer import Option
 from deboom.pages.correlation import DoeRequest, Plan, correlation_report, correlation_study
 from deboom.pages.motion import report_runs
 from deboom.report import Report
-from deboom.runs.options import Seed, at_least
+from deboom.runs.options import Bounds, Seed, Tolerance, at_least
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.result import RunContext
 from deboom.vehicles.platform import Runs
@@ -48,12 +48,8 @@ class Options:
     table: Annotated[
         Path | None, Option(help="Table of your own designs, CSV or xlsx, in place of a plan.")
     ] = None
-    bounds: Annotated[
-        float, Option(help="Half width of the range of stiffness factors around 1 [1].")
-    ] = 0.15
-    tolerance: Annotated[
-        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
-    ] = 0.15
+    bounds: Bounds = 0.15
+    tolerance: Tolerance = 0.15
     draws: Annotated[
         int, Option(help="Number of draws of the scatter per design, a power of two.")
     ] = 16

@@ -58,7 +58,7 @@ from deboom.plot import IntervalPanel
 from deboom.plot.style import signed
 from deboom.report import Report, Step, Table
 from deboom.runs.made_parts import ScatterOptions
-from deboom.runs.options import Seed
+from deboom.runs.options import FrontRun, Seed
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.progress import progress_bar
 from deboom.runs.rebuilt import compared_run
@@ -110,9 +110,7 @@ class Options:
 
     seed: Seed = 1
     draws: Annotated[int, Option(help="Number of drawn sets of measurements, at least 40.")] = 200
-    front: Annotated[
-        Path | None, Option(help="Run of a front study; default: a new quick search.")
-    ] = None
+    front: FrontRun = None
     search: SearchOptions = SearchOptions(generations=40, population=60)
     scatter: ScatterOptions = ScatterOptions(samples=64)
     vehicle: Annotated[
@@ -195,7 +193,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         *motion_report(repeated.index, repeated.rows[:1]).warnings,
     )
     report.summary |= _summary(answer)
-    _levels(report, repeated)
+    _levels(report, answer)
     report.section(
         "Where it comes from",
         f"Each source alone; the change is that of {answer.design}, mean of the vehicles.",
@@ -523,8 +521,9 @@ def _change(level: RealArray) -> RealArray:
     return np.asarray(level - level[..., :1, :])
 
 
-def _levels(report: Report, repeated: Repeated) -> None:
+def _levels(report: Report, answer: _Answer) -> None:
     """Show levels and changes with their intervals."""
+    repeated = answer.repeated
     report.section(
         "Levels and changes",
         "The errors of every measurement are drawn again, the same for all designs and vehicles, "
@@ -537,21 +536,21 @@ def _levels(report: Report, repeated: Repeated) -> None:
     change = repeated.interval(lambda drawn: _change(drawn.level))
     loudest = repeated.interval(lambda drawn: drawn.loudest)
     change_of_loudest = repeated.interval(lambda drawn: _change(drawn.loudest))
-    drawn = drawn_rows(change.value[-1])
+    shown = drawn_rows(change.value[answer.row])
     changed = {
-        name: _bounds(change, (place, drawn))
+        name: _bounds(change, (place, shown))
         for place, name in enumerate(repeated.designs)
         if place
     }
     panels = [
-        IntervalPanel("mean level [dB(A)]", {TODAY: _bounds(level, (0, drawn))}),
+        IntervalPanel("mean level [dB(A)]", {TODAY: _bounds(level, (0, shown))}),
         IntervalPanel("change against today's [dB]", changed),
     ]
     report.figure(
         "changes",
-        lambda: plot.interval_panels([repeated.vehicles[row] for row in drawn], panels),
+        lambda: plot.interval_panels([repeated.vehicles[row] for row in shown], panels),
         "Measured values and 90 % intervals."
-        + left_out(len(repeated.vehicles), "that gain least", "vehicles"),
+        + left_out(len(repeated.vehicles), f"that gain least by {answer.design}", "vehicles"),
     )
     picks = pd.DataFrame(
         {

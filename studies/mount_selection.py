@@ -51,7 +51,7 @@ from deboom.runs.catalogue import (
     ordered_stiffness,
     platform_catalogue,
 )
-from deboom.runs.options import Seed
+from deboom.runs.options import Seed, Tolerance
 from deboom.runs.platform_options import PlatformOptions
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext, run_name
@@ -80,9 +80,7 @@ class Options:
     samples: Annotated[
         int, Option(help="Number of draws of the scatter per design, a power of two.")
     ] = 128
-    tolerance: Annotated[
-        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
-    ] = 0.15
+    tolerance: Tolerance = 0.15
     retuning: Annotated[
         float,
         Option(help="Allowed change of a part's stiffness, ± [1]; 0 takes the parts as they are."),

@@ -48,7 +48,7 @@ from deboom.pages.motion import motion_name, motion_report, report_runs
 from deboom.plot.style import mount_colours
 from deboom.report import Report, Step, Table
 from deboom.runs.made_parts import tolerance_cost
-from deboom.runs.options import Seed
+from deboom.runs.options import Bounds, FrontRun, Seed
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.progress import progress_bar
 from deboom.runs.rebuilt import supplier_study
@@ -100,13 +100,9 @@ class Options:
     cost_table: Annotated[
         Path | None, Option(help="Table with the columns variable, weight and reference tolerance.")
     ] = None
-    front: Annotated[
-        Path | None, Option(help="Run of a front study; default: a new quick search.")
-    ] = None
+    front: FrontRun = None
     pick: Annotated[Pick, Option(help="Design of the front.")] = Pick.best_mean
-    bounds: Annotated[
-        float, Option(help="Half width of the range of stiffness factors around 1 [1].")
-    ] = 0.20
+    bounds: Bounds = 0.20
     tolerance: Annotated[
         float, Option(help="Half width of the box around the design, for comparison [1].")
     ] = 0.15

@@ -45,7 +45,7 @@ from deboom.runs.made_parts import (
     tolerance_cost,
     with_draws,
 )
-from deboom.runs.options import Seed
+from deboom.runs.options import FrontRun, Seed
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.rebuilt import supplier_study
 from deboom.runs.result import RunContext, run_name
@@ -67,9 +67,7 @@ class Options:
     """What is asked, of which design, and at which price."""
 
     seed: Seed = 1
-    from_run: Annotated[
-        Path | None, Option(help="Run of a front study; default: a new quick search.")
-    ] = None
+    from_run: FrontRun = None
     pick: Annotated[Pick, Option(help="Design of the front.")] = Pick.best_mean
     point: Annotated[
         int | None, Option(help="Number of the design in the front, from 1, in place of --pick.")

@@ -36,7 +36,14 @@ from deboom.pages.platform_front import PlatformFront
 from deboom.pages.robust_front import front_report
 from deboom.pages.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
 from deboom.report import Report
-from deboom.runs.options import Sampler, Seed, at_least, robust_response, tolerance_sample
+from deboom.runs.options import (
+    Sampler,
+    Seed,
+    Tolerance,
+    at_least,
+    robust_response,
+    tolerance_sample,
+)
 from deboom.runs.platform_options import MotionOptions, PlatformOptions, in_all_load_cases
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext, run_name
@@ -88,9 +95,7 @@ class Options:
     half_width: Annotated[
         float, Option(help="The same half width in the DOE and the sensitivities [1].")
     ] = 0.15
-    tolerance: Annotated[
-        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
-    ] = 0.15
+    tolerance: Tolerance = 0.15
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
 

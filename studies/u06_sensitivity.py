@@ -26,7 +26,7 @@ from typer import Option
 from deboom.pages.motion import report_runs
 from deboom.pages.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
 from deboom.report import Report
-from deboom.runs.options import Seed, at_least
+from deboom.runs.options import Seed, Tolerance, at_least
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext
@@ -53,9 +53,7 @@ class Options:
     beside: Annotated[float, Option(help="Half width of a second range, for comparison [1].")] = (
         0.20
     )
-    tolerance: Annotated[
-        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
-    ] = 0.15
+    tolerance: Tolerance = 0.15
     pairs: Annotated[
         bool, Option(help="Also compute the second-order indices of pairs of stiffnesses.")
     ] = False

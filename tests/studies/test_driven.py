@@ -14,6 +14,7 @@ from command_line import call
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.choices import Pick
+from deboom.files.front_run import ComparedRun
 from deboom.runs.rebuilt import compared_run, supplier_study
 from pinned_pages import hold
 from samples.resolved_truth import scaled_bench
@@ -82,6 +83,18 @@ def test_parts_that_change_nothing_are_not_as_predicted(front_run, cars, tmp_pat
     run = Path(answer.output.split()[-1])
     assert (pd.read_csv(run / "driven.csv")["verdict"] == "not as predicted").all()
     assert "0 of " in (run / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_defaults_that_the_front_rests_on_stand_on_the_page(
+    front_run, cars, tmp_path, monkeypatch
+):
+    defaults = "mounts.json: its mounts rest on defaults: 15 tolerances"
+    monkeypatch.setattr(ComparedRun, "assumed", (defaults,))
+    folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "new"}, drives=1)
+    run = Path(driven(front_run, folder, tmp_path / "results").output.split()[-1])
+    assert defaults in (run / "report.html").read_text(encoding="utf-8")
+    record = json.loads((run / "run.json").read_text(encoding="utf-8"))
+    assert record["facts"]["assumed"] == defaults
 
 
 def test_one_drive_each_leaves_the_measured_uncertainty_open(front_run, cars, tmp_path):

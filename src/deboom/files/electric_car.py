@@ -118,13 +118,14 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
     _check_named(path, tables[0], "sensor", list(sensors), measured)
     _check_named(path, tables[1], "impact", list(impacts), struck)
     beside = [
-        (table, point.name, name, rows[name].position)
-        for table, rows, kind in (
-            (tables[0], sensors, "sensors"),
-            (tables[1], impacts, "impacts"),
-        )
+        (tables[0], point.name, name, sensors[name].position)
         for point in file.points
-        for name in getattr(point, kind)
+        for name in point.sensors
+    ]
+    beside += [
+        (tables[1], point.name, name, impacts[name].position)
+        for point in file.points
+        for name in point.impacts
     ]
     refuse_all(far_from_its_point({p.name: p.position_m for p in file.points}, beside))
     placed = Places(

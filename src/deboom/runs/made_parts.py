@@ -37,7 +37,7 @@ from deboom.files.tables import Row, read_rows
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.part_scatter import LibraryScatter, ScatterPrior, library_scatter
 from deboom.report import Report
-from deboom.runs.options import Aim, robust_response
+from deboom.runs.options import Aim, Bounds, Tolerance, robust_response
 from deboom.vehicles.design_factor import factor_space
 
 REFERENCE = 0.15
@@ -149,12 +149,8 @@ class ScatterOptions:
     """Options of a study: how parts scatter, and how many are drawn."""
 
     samples: Annotated[int, Option(help="Number of draws per design, a power of two.")] = 128
-    tolerance: Annotated[
-        float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")
-    ] = 0.15
-    bounds: Annotated[
-        float, Option(help="Half width of the range of stiffness factors around 1 [1].")
-    ] = 0.20
+    tolerance: Tolerance = 0.15
+    bounds: Bounds = 0.20
     parts: Annotated[
         Path | None, Option(help="TOML file with part numbers, batches and scatter of parts.")
     ] = None

@@ -52,6 +52,9 @@ Level = Annotated[
     CalibrationLevel,
     Option(help="Errors of the virtual sensors: gain, position and angle, 1 sigma."),
 ]
+Bounds = Annotated[float, Option(help="Half width of the range of stiffness factors around 1 [1].")]
+Tolerance = Annotated[float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")]
+FrontRun = Annotated[Path | None, Option(help="Run of a front study; default: a new quick search.")]
 IdenticalMounts = Annotated[
     bool, Option(help="With a drawing, fit position and tilt of mounts that are one round part.")
 ]

@@ -16,6 +16,7 @@ from deboom.measurement.campaign import StaticCurve
 from deboom.measurement.channels import Frf
 from deboom.measurement.impact_test import HammerMeasurement, check_hits
 from deboom.measurement.quality import quality_in_operation
+from deboom.measurement.tacho import repair_pulses
 from deboom.measurement.virtual_point import sensor_geometry, virtual_point
 from deboom.mounts.mount import Mount
 from deboom.mounts.part_scatter import ENOUGH, ScatterPrior, direction_scatter
@@ -232,3 +233,12 @@ def test_the_variance_of_measuring_is_no_scatter_of_parts():
     np.testing.assert_allclose(without_error.sigma, observed**0.5, rtol=1e-12)
     bounds = [each**2 + 0.03**2 for each in (many.lower, many.upper)]
     np.testing.assert_allclose(bounds, [without_error.lower**2, without_error.upper**2], rtol=1e-12)
+
+
+def test_pulses_with_normal_jitter_are_all_kept():
+    """The farthest of 20 000 from its cubic: 4.5 deviations, 6.7 medians of unsigned deviations."""
+    even = np.arange(20_000)
+    jitter = np.random.default_rng(2).standard_normal(even.size)
+    train = repair_pulses(1e-2 * (even + 0.004 * jitter))
+    np.testing.assert_array_equal(train.number, even)
+    assert train.dropped.size == 0

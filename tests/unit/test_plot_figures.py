@@ -286,3 +286,23 @@ def test_the_palette_of_many_colours_is_close_to_them_and_fast():
     assert np.sqrt(np.mean(error**2)) < 6.0
     two = Image.fromarray(np.repeat(np.uint8([[[10, 20, 30], [200, 100, 0]]]), 5, axis=0))
     np.testing.assert_array_equal(np.asarray(style._with_palette(two).convert("RGB")), two)
+
+
+@pytest.mark.parametrize("names", [("best-mean",), ("best-mean", "none-louder", "sigma-kept")])
+def test_no_name_of_a_legend_leaves_its_figure(names):
+    """Designs at one place share a name, which may be too long for two columns."""
+    x = np.linspace(0.0, 1.0, 30)
+    axes = figures.fronts(
+        {"none better in both": (x, 1.0 - x)},
+        {"20000 designs of the search": (x, 1.0 - x)},
+        {"today": (0.5, 0.5)} | dict.fromkeys(names, (0.1, 0.9)) | {"best-sigma": (0.9, 0.1)},
+        mean_label="mean change [dB]",
+        sigma_label="change in U06-5 [dB]",
+        width=3.6,
+    )
+    figure = axes.get_figure()
+    figure.draw_without_rendering()
+    (legend,) = figure.legends
+    box = legend.get_window_extent()
+    assert box.x0 >= 0.0
+    assert box.x1 <= figure.bbox.width

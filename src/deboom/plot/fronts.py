@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 _PICK_MARKERS = ("o", "D", "^", "s", "P", "v")
 _FRONT_COLOUR = "#4C86B0"
 _ERROR_COLOUR = "#C3D7E6"
-
+_NARROW = {"fontsize": 7.5, "columnspacing": 0.8, "handlelength": 1.2, "handletextpad": 0.4}
+"""Looks of a legend beside which a half figure has room for two columns."""
 
 Pairs = Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]]
 
@@ -122,8 +123,7 @@ def pareto_front(
         axes.set_xlabel(f"← better    {mean_label}")
         axes.set_ylabel(f"← better    {sigma_label}")
         axes.ticklabel_format(useOffset=False, style="plain")
-        spacing = {"columnspacing": 0.8, "handlelength": 1.2, "handletextpad": 0.4}
-        place_legend(axes, ax, loc="outside upper right", ncols=2, fontsize=7.5, **spacing)
+        place_legend(axes, ax, loc="outside upper right", ncols=2, **_NARROW)
         return axes
 
 
@@ -191,7 +191,7 @@ def fronts(
             )
         axes.set_xlabel(mean_label)
         axes.set_ylabel(sigma_label)
-        place_legend(axes, ax, loc="outside upper right", ncols=2)
+        place_legend(axes, ax, loc="outside upper right", ncols=2, **_NARROW)
         return axes
 
 

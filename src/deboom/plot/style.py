@@ -165,13 +165,20 @@ def canvas(ax: Axes | None, width: float, height: float) -> Iterator[Axes]:
             yield ax
 
 
-def place_legend(axes: Axes, ax: Axes | None, *, loc: str, **options: Any) -> None:
-    """Put the legend outside of the axes in a figure of our own, else inside of the caller's."""
-    if ax is None:
-        legend: Any = figure_of(axes).legend
-        legend(loc=loc, **options)
-    else:
-        axes.legend(**options)
+def place_legend(axes: Axes, ax: Axes | None, *, loc: str, ncols: int = 1, **options: Any) -> None:
+    """Put the legend outside of the axes in a figure of our own, else inside of the caller's.
+
+    Names too long for `ncols` columns beside each other get fewer, so that none leaves the figure.
+    """
+    if ax is not None:
+        axes.legend(ncols=ncols, **options)
+        return
+    figure = figure_of(axes)
+    place: Any = loc
+    legend = figure.legend(loc=place, ncols=ncols, **options)
+    if ncols > 1 and legend.get_window_extent().width > figure.bbox.width:
+        legend.remove()
+        place_legend(axes, ax, loc=loc, ncols=ncols - 1, **options)
 
 
 def figure_of(axes: Axes) -> Figure:

@@ -78,7 +78,6 @@ from deboom.runs.search import (
     keeping_peaks,
     report_limits,
 )
-from deboom.supplier.compressor_sheet import travel_over_today
 from deboom.vehicles.fleet_front import FleetFront
 from deboom.vehicles.free_directions import NOTICEABLE
 
@@ -348,7 +347,7 @@ class MountFront:
 
     def travel(self, design: RealArray) -> float:
         """Largest travel of a mount under 1 g over today's [1]."""
-        return travel_over_today(self.model.statics, design, self.front.robust.space.nominal)
+        return self.model.statics.travel_ratio(design, self.front.robust.space.nominal)
 
     @property
     def at_bound(self) -> tuple[str, ...]:

@@ -5,7 +5,6 @@ import sys
 import threading
 import warnings
 from concurrent.futures.process import BrokenProcessPool
-from pickle import PicklingError
 from types import ModuleType
 
 import numpy as np
@@ -61,11 +60,15 @@ def test_a_task_is_done_by_another_process(second):
 
 def test_an_error_of_a_task_is_raised_where_its_result_is_read(second):
     def refuse():
+        warnings.warn("nobody states the angle", DataWarning, stacklevel=2)
         raise InputError("n = 7: take a power of two")
 
     pending = second.begin(refuse)
     assert isinstance(pending.future.exception(), InputError)
-    with pytest.raises(InputError, match="n = 7"):
+    with (
+        pytest.warns(DataWarning, match="nobody states"),
+        pytest.raises(InputError, match="n = 7"),
+    ):
         pending.result()
 
 
@@ -87,13 +90,20 @@ def test_what_cannot_travel_is_done_here(second):
     assert pending.result() == os.getpid()
 
 
+def test_a_result_that_cannot_travel_is_computed_here(second):
+    pending = second.begin(threading.Lock)
+    with pytest.raises(TypeError, match="pickle"):
+        pending.future.result()
+    assert pending.result().acquire(blocking=False)
+
+
 def test_a_function_that_only_this_process_has_is_done_here(second, monkeypatch):
     module = ModuleType("deboom_study_of_mine")
     exec("import os\ndef compute():\n    return os.getpid()", vars(module))
     module.compute.__module__ = module.__name__
     monkeypatch.setitem(sys.modules, module.__name__, module)
     pending = second.begin(module.compute)
-    with pytest.raises(PicklingError):
+    with pytest.raises(ModuleNotFoundError, match=module.__name__):
         pending.future.result()
     assert pending.result() == os.getpid()
 

@@ -271,6 +271,8 @@ def test_travel_and_modes_of_a_symmetrical_body():
     assert travel[0, 0] == pytest.approx(
         1e3 * 7.2 * cabin_index.GRAVITY / (4 * 1.5 * 0.8e4), rel=1e-12
     )
+    twice = statics.travel_ratio(np.array([1.0, 0.8]), np.array([1.0, 1.6]))
+    assert twice == pytest.approx(2.0, rel=1e-12)
     modes = statics.modes(np.array([[1.0, 0.8]]))[0]
     sideways = np.sqrt(4 * 1.5 * 0.8e4 / 7.2) / (2 * np.pi)
     along = np.sqrt(4 * 1.5 * 2e4 / 7.2) / (2 * np.pi)

@@ -290,6 +290,11 @@ class MountStatics:
         far = np.linalg.norm(moved.reshape(len(stiffness), -1, 3, 3), axis=2)
         return np.asarray(1e3 * far.max(axis=(1, 2))[:, np.newaxis])
 
+    def travel_ratio(self, design: RealArray, reference: RealArray) -> float:
+        """Return the largest travel under 1 g with a design (k,) over that with another one [1]."""
+        both = self(np.stack([design, reference]))[:, 0]
+        return float(both[0] / both[1])
+
     def modes(self, designs: npt.ArrayLike) -> RealArray:
         """Return the six natural frequencies of designs, increasing, (n, k) → (n, 6) [Hz]."""
         stiffness = self._stiffness(designs)

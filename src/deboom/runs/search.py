@@ -16,7 +16,7 @@ from deboom.choices import SearchAlgorithm
 from deboom.errors import InputError
 from deboom.explore.result import Front, SearchResult
 from deboom.explore.robust import DesignLimits, Limit, Limits, Robust, chosen
-from deboom.explore.search import VERIFIED, Checkpoint, search, searched
+from deboom.explore.search import BEFORE_DESCENTS, VERIFIED, Checkpoint, search, searched
 from deboom.explore.space import Evaluate, Requirements
 from deboom.files.doe_table import read_plan
 from deboom.files.run_folder import CheckpointFolder
@@ -147,7 +147,7 @@ class SearchOptions:
     """Options of a study: what searches, how long, and with how many processes."""
 
     generations: Annotated[
-        int, Option(help="Number of generations of the search.", callback=at_least(1))
+        int, Option(help="Largest number of generations of the search.", callback=at_least(1))
     ] = 100
     population: Annotated[
         int, Option(help="Number of designs per generation.", callback=at_least(4))
@@ -261,7 +261,11 @@ class ThoroughSearchOptions(SearchOptions):
         ),
     ] = 1
     polish: Annotated[
-        bool, Option(help="Improve the front, or its picks, along gradients after the search.")
+        bool,
+        Option(
+            help="Improve the front, or its picks, along gradients after the search. If the whole "
+            f"front is improved, a search without limits ends after {BEFORE_DESCENTS} designs."
+        ),
     ] = True
     begin: Annotated[
         Path | None,

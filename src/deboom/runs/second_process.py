@@ -2,17 +2,15 @@
 
 A task gives the same bytes wherever it is done: the second process has one thread of linear
 algebra, as the first has during a run. Where there is one core only, or where the second process
-cannot take a task or dies over it, the first does the task when its result is read.
+does not bring a result, for whatever reason, the first does the task when its result is read.
 """
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable
-from concurrent.futures import CancelledError, Future
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import Future
 from functools import partial
-from pickle import PicklingError
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import cloudpickle
@@ -25,7 +23,7 @@ if TYPE_CHECKING:
     from joblib.externals.loky import ProcessPoolExecutor
 
 T = TypeVar("T")
-Warned = list[tuple[str | Warning, type[Warning]]]
+Warned = list[Warning | str]
 
 CORES = 2
 """Cores from which on a second process is worth its start."""
@@ -48,16 +46,19 @@ class Pending(Generic[T]):
     def result(self, here: Callable[[], T] | None = None) -> T:
         """Return the result, or raise the error of the task; its warnings are shown here.
 
+        A task that fails in the second process is done here as well: a sound one then gives its
+        result, and another one its warnings and its error.
+
         - `here`: does the same where the second process does not, such as with a bar of progress.
         """
         if self.future is not None and not self.future.cancel():
             try:
                 value, warned = self.future.result()
-            except (BrokenProcessPool, CancelledError, PicklingError, MemoryError):
-                pass  # the task itself may be sound: it is done here
+            except Exception:
+                pass
             else:
-                for message, category in warned:
-                    warnings.warn(message, category, stacklevel=2)
+                for message in warned:
+                    warnings.warn(message, stacklevel=2)
                 return value
         return (here or self.task)()
 
@@ -93,7 +94,7 @@ class SecondProcess:
             if self.pool is None:
                 self.pool = process_pool(1)
             return Pending(task, self.pool.submit(_done, carried))
-        except (PicklingError, AttributeError, TypeError, ValueError, OSError, BrokenProcessPool):
+        except Exception:  # what pickle does not take, no process to be had, or a dead one
             return Pending(task, None)
 
     def draw(self, pictures: Iterable[Picture]) -> None:
@@ -112,7 +113,7 @@ class SecondProcess:
             return
         self.draw(pictures)
         for picture, pending in reversed(self.pictures.items()):
-            picture.keep(*pending.result(partial(_drawn, picture)))
+            picture.keep(*pending.result())
         self.pictures.clear()
 
 
@@ -127,11 +128,8 @@ def _drawn(picture: Picture) -> tuple[bytes, str]:
 
 def _done(carried: bytes) -> tuple[Any, Warned]:
     """Do a task in the second process; return its result with the warnings on the way."""
-    try:
-        task = cloudpickle.loads(carried)
-    except Exception as error:  # of a module that the first process alone has
-        raise PicklingError(str(error)) from None
+    task = cloudpickle.loads(carried)
     with warnings.catch_warnings(record=True) as shown:
         warnings.simplefilter("always")
         value = task()
-    return value, [(each.message, each.category) for each in shown]
+    return value, [each.message for each in shown]

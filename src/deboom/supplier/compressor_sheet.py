@@ -188,12 +188,6 @@ class CompressorParts:
         return secrets_of_run(self.run.entry, self.index.response_names)
 
 
-def travel_over_today(statics: MountStatics, design: RealArray, today: RealArray) -> float:
-    """Return the largest travel of a mount under 1 g with one design over that with today's [1]."""
-    both = statics(np.stack([design, today]))[:, 0]
-    return float(both[0] / both[1])
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CompressorSheet(PartSheet):
     """Sheet of one part number of a compressor's mounts.
@@ -318,7 +312,7 @@ class CompressorSheet(PartSheet):
         for column in self.parts.columns.values():
             softest[column] *= 1.0 - self.parts.tolerance(column)
         travel = (
-            travel_over_today(self.parts.statics, each, self.parts.today)
+            self.parts.statics.travel_ratio(each, self.parts.today)
             for each in (self.parts.wanted, softest)
         )
         at_nominal, at_ends = (f"{value:.2f}" for value in travel)

@@ -100,11 +100,8 @@ class LevelSum:
                 by_vehicle = self.case.neper_gradient(rows)
             return np.asarray(np.einsum("onv,nvk->onk", weights, by_vehicle))
 
-        # the compiled adjoint knows no amplitudes
-        compiled = self.tables is not None and not isinstance(self.case, AmplitudeMotion)
-
         def pull_back(weights: RealArray) -> RealArray:
-            if not compiled:
+            if not self._adjoint:
                 return np.asarray(DECIBEL * plain(designs, weights))
             slopes = self._coupled_slopes(designs, weights)
             lost = ~np.isfinite(slopes).all(axis=(0, 2))
@@ -112,18 +109,22 @@ class LevelSum:
                 slopes[:, lost] = plain(designs[lost], weights[:, lost])
             return np.asarray(DECIBEL * slopes)
 
-        if compiled:
+        if self._adjoint:
             return self._in_chunks(designs, _slope_lanes(designs)), pull_back
         return self(designs), pull_back
 
+    @property
+    def _adjoint(self) -> bool:
+        """Whether slopes come from the compiled adjoint of coupled motion without amplitudes."""
+        others = PathContributions | FlexibleMotion | AmplitudeMotion
+        return self.tables is not None and not isinstance(self.case, others)
+
     def compile_slopes(self) -> None:
-        """Compile the loops that `linearised` runs for coupled motion, few designs before many.
+        """Compile the loops of slopes that `linearised` runs in coupled motion, few designs first.
 
         numba keeps them on disk, where another process reads them.
         """
-        if self.tables is None or isinstance(
-            self.case, PathContributions | FlexibleMotion | AmplitudeMotion
-        ):
+        if not self._adjoint:
             return
         from deboom.vehicles import compiled_loops
 

@@ -99,9 +99,8 @@ class Options:
         bool,
         Option(
             "--free",
-            help="The body is freely suspended: fit mass, centre of gravity and inertia to "
-            "its mass lines. It works with --band (once), --from-hits, --truth, --hung "
-            "and --out only.",
+            help="The body is freely suspended: fit mass, centre of gravity and inertia to its "
+            "mass lines. It works with --band (once), --from-hits, --truth, --hung and --out only.",
         ),
     ] = False
     hung: Annotated[

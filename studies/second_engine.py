@@ -466,8 +466,8 @@ def append_second_engine(report: Report, first: SecondEngine) -> None:
         f"order {first.campaign.order:g}. The forces are computed from the motion and static "
         "forces of this engine and from the surfaces of the mounts, and compared with the forces "
         "of its cells. Unlike in held-out runs of one campaign, engine, motion and sensors are "
-        "different. Lines outside of the region in which "
-        "a mount was measured are counted, and not predicted.",
+        "different. Lines outside of the region in which a mount was measured are counted, and not "
+        "predicted.",
     )
     main = [n for n in first.predictions if n.endswith(f" {main_axis(first.mount_of(n))}")]
     report.figure(

@@ -558,8 +558,7 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
         "The box",
         f"Limit: {origin}, {limits} dB(A), {study.response.quantity}, "
         f"{low:g} to {high:g} Hz. A part is accepted if every direction lies in its interval. The "
-        "largest box, by the "
-        "sum of weight times logarithm of width, was found from "
+        "largest box, by the sum of weight times logarithm of width, was found from "
         f"{len(solution.start_log_volumes)} starts in {solution.seconds:.1f} s; stiffness in N/mm "
         f"is the {study.condition}. {study.on_bounds.sum()} of the {2 * study.effective.sum()} "
         "ends lie on the bounds that were searched: there the limit demands nothing. In the "

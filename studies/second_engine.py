@@ -59,7 +59,7 @@ from deboom.mounts.surface_forces import main_axis, smooth_static_force, surface
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot import CurvePanel
 from deboom.report import Report
-from deboom.runs.options import Seed, at_least
+from deboom.runs.options import CubicPieces, MountSet, Seed, SelfCalibration
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext
 from deboom.vehicles.powertrain import library_model
@@ -92,13 +92,9 @@ class Options:
     library_campaign: Annotated[
         str | None, Option(help="Name of the campaign whose mounts are taken from the library.")
     ] = None
-    mount_set: Annotated[str, Option(help="Mount set on the bench.")] = "M1"
-    pieces: Annotated[
-        int, Option(help="Number of cubic pieces per response surface.", callback=at_least(1))
-    ] = 2
-    self_calibration: Annotated[
-        bool, Option(help="Let the measuring chains calibrate each other.")
-    ] = True
+    mount_set: MountSet = "M1"
+    pieces: CubicPieces = 2
+    self_calibration: SelfCalibration = True
 
     def __post_init__(self) -> None:
         if self.second is None and (self.campaign is not None or self.library is not None):

@@ -544,8 +544,7 @@ def _interface(report: Report, result: ComponentTpa) -> None:
     words = (
         "Hits on the source away from its interface are known loads. If loads at the stated "
         "points reproduce the responses to these hits, the interface is complete. Below "
-        f"{INCOMPLETE:g} "
-        "a point, such as a hose, or a moment is missing."
+        f"{INCOMPLETE:g} a point, such as a hose, or a moment is missing."
         if complete is not None
         else "Nobody struck the source beside its interface, so that nothing says whether it is "
         "complete."

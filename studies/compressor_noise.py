@@ -252,9 +252,8 @@ def _soft_hoses(report: Report, noise: CarNoise, errors: Sequence[SweepErrors]) 
     """Show sweeps whose paths of the hoses are cut."""
     report.section(
         "Without hoses",
-        "Levels are compared at peaks with a prominence of at least 6 dB, paired "
-        "within 1.5 Hz: in a "
-        "notch the difference of two lines says nothing about noise. The thesis leaves out 25–35 "
+        "Levels are compared at peaks with a prominence of at least 6 dB, paired within 1.5 Hz: in "
+        "a notch the difference of two lines says nothing about noise. The thesis leaves out 25–35 "
         "Hz, the band of the rigid-body modes of the compressor; the last column marks these "
         "peaks.",
     )
@@ -449,8 +448,7 @@ def _mounts(report: Report, running: RunningInCar) -> None:
         "Positions come from the sheet of the car, directions and stiffnesses from the drawing, "
         "and the sum of the stiffnesses from the hammer test. If a deviation hardly falls from "
         "before to after, the value is that of the drawing. The identified stiffness is dynamic, "
-        "real part at "
-        f"{reference:g} Hz; the stiffness of the drawing is static.",
+        f"real part at {reference:g} Hz; the stiffness of the drawing is static.",
         folded=True,
     )
     mounts = mount_table(running)

@@ -723,9 +723,8 @@ def _matters(report: Report, view: MountFront, options: Options) -> None:
         "What matters to whoever makes the mounts",
         "Importance is the share of the variance of the level that comes from a stiffness, alone "
         "and together with others, when all vary within the bounds of the search (mean over the "
-        "cars). "
-        f"{view.leading} matters most. `deboom report RUN --supplier` writes the sheet that the "
-        "supplier quotes and signs, in English or German, with names or without.",
+        f"cars). {view.leading} matters most. `deboom report RUN --supplier` writes the sheet that "
+        "the supplier quotes and signs, in English or German, with names or without.",
     )
     report.table("sobol", index_table(view.sobol, "stiffness"))
     caption = (

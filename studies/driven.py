@@ -6,8 +6,8 @@ imag [Pa]: the complex peak amplitude of the order at the driver's ear, in the f
 the run. Two or more drives of a state show how certain the measured change is.
 
 Keys of summary.json: n_peaks (booming peaks that were measured with today's parts),
-n_as_predicted, n_not_decided (also all peaks if each state has a single drive); measured_change_db,
-predicted_change_db (means over the peaks).
+n_as_predicted, n_not_decided (all peaks if each state has a single drive, else 0);
+measured_change_db, predicted_change_db (means over the peaks).
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ from typer import Option
 from deboom.pages.correlation import DoeRequest, Plan, correlation_report, correlation_study
 from deboom.pages.motion import report_runs
 from deboom.report import Report
-from deboom.runs.options import Bounds, Seed, Tolerance, at_least
+from deboom.runs.options import Bounds, Draws, Seed, Tolerance, at_least
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.result import RunContext
 from deboom.vehicles.platform import Runs
@@ -50,9 +50,7 @@ class Options:
     ] = None
     bounds: Bounds = 0.15
     tolerance: Tolerance = 0.15
-    draws: Annotated[
-        int, Option(help="Number of draws of the scatter per design, a power of two.")
-    ] = 16
+    draws: Draws = 16
     resamples: Annotated[
         int, Option(help="Number of bootstrap resamples.", callback=at_least(100))
     ] = 1000

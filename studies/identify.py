@@ -53,7 +53,7 @@ from deboom.pages.compressor_identification import (
 from deboom.pages.identification import MODEL, identification_report, inertance_figure
 from deboom.physics.rigid_body import mass_matrix
 from deboom.report import Report
-from deboom.runs.options import BAND, IdenticalMounts, band_of
+from deboom.runs.options import BAND, IdenticalMounts, WithTruth, band_of
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
@@ -92,16 +92,13 @@ class Options:
         bool, Option(help="With a drawing, also fit position, tilt and stiffness of each mount.")
     ] = True
     identical_mounts: IdenticalMounts = False
-    truth: Annotated[
-        bool, Option(help="Compare with truth/ of a virtual test; otherwise deboom never opens it.")
-    ] = False
+    truth: WithTruth = False
     free: Annotated[
         bool,
         Option(
             "--free",
-            help="The body is freely suspended: fit mass, centre of gravity and inertia to "
-            "its mass lines. It works with --band (once), --from-hits, --truth, --hung "
-            "and --out only.",
+            help="The body is freely suspended: fit mass, centre of gravity and inertia to its "
+            "mass lines. It works with --band (once), --from-hits, --truth, --hung and --out only.",
         ),
     ] = False
     hung: Annotated[

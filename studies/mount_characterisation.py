@@ -57,7 +57,7 @@ from deboom.pages.mount_characterisation import (
 from deboom.pages.mount_figures import append_maps, append_runs, append_sensors, transfer_panels
 from deboom.plot import CurvePanel
 from deboom.report import Report
-from deboom.runs.options import Seed, at_least
+from deboom.runs.options import CubicPieces, MountSet, Seed, SelfCalibration
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext
 
@@ -73,17 +73,13 @@ class Options:
 
     seed: Seed = 1
     campaign: Annotated[Path | None, Option(help="Folder with campaign.toml.")] = None
-    mount_set: Annotated[str, Option(help="Mount set on the bench.")] = "M1"
+    mount_set: MountSet = "M1"
     static_force: Annotated[
         bool, Option(help="Use the static force as preload, not the wheel torque.")
     ] = False
-    pieces: Annotated[
-        int, Option(help="Number of cubic pieces per response surface.", callback=at_least(1))
-    ] = 2
+    pieces: CubicPieces = 2
     models: Annotated[bool, Option(help="Also compare other models of the stiffness.")] = False
-    self_calibration: Annotated[
-        bool, Option(help="Let the measuring chains calibrate each other.")
-    ] = True
+    self_calibration: SelfCalibration = True
     noise_free: Annotated[bool, Option(help="Use virtual benches without errors.")] = False
 
     def __post_init__(self) -> None:

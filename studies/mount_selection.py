@@ -51,7 +51,7 @@ from deboom.runs.catalogue import (
     ordered_stiffness,
     platform_catalogue,
 )
-from deboom.runs.options import Seed, Tolerance
+from deboom.runs.options import Draws, Seed, Tolerance
 from deboom.runs.platform_options import PlatformOptions
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext, run_name
@@ -77,9 +77,7 @@ class Options:
 
     seed: Seed = 1
     search: SearchOptions = SearchOptions()
-    samples: Annotated[
-        int, Option(help="Number of draws of the scatter per design, a power of two.")
-    ] = 128
+    samples: Draws = 128
     tolerance: Tolerance = 0.15
     retuning: Annotated[
         float,

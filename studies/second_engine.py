@@ -59,7 +59,7 @@ from deboom.mounts.surface_forces import main_axis, smooth_static_force, surface
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot import CurvePanel
 from deboom.report import Report
-from deboom.runs.options import Seed, at_least
+from deboom.runs.options import CubicPieces, MountSet, Seed, SelfCalibration
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext
 from deboom.vehicles.powertrain import library_model
@@ -92,13 +92,9 @@ class Options:
     library_campaign: Annotated[
         str | None, Option(help="Name of the campaign whose mounts are taken from the library.")
     ] = None
-    mount_set: Annotated[str, Option(help="Mount set on the bench.")] = "M1"
-    pieces: Annotated[
-        int, Option(help="Number of cubic pieces per response surface.", callback=at_least(1))
-    ] = 2
-    self_calibration: Annotated[
-        bool, Option(help="Let the measuring chains calibrate each other.")
-    ] = True
+    mount_set: MountSet = "M1"
+    pieces: CubicPieces = 2
+    self_calibration: SelfCalibration = True
 
     def __post_init__(self) -> None:
         if self.second is None and (self.campaign is not None or self.library is not None):
@@ -466,8 +462,8 @@ def append_second_engine(report: Report, first: SecondEngine) -> None:
         f"order {first.campaign.order:g}. The forces are computed from the motion and static "
         "forces of this engine and from the surfaces of the mounts, and compared with the forces "
         "of its cells. Unlike in held-out runs of one campaign, engine, motion and sensors are "
-        "different. Lines outside of the region in which "
-        "a mount was measured are counted, and not predicted.",
+        "different. Lines outside of the region in which a mount was measured are counted, and not "
+        "predicted.",
     )
     main = [n for n in first.predictions if n.endswith(f" {main_axis(first.mount_of(n))}")]
     report.figure(

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -48,7 +47,7 @@ from deboom.pages.motion import motion_name, motion_report, report_runs
 from deboom.plot.style import mount_colours
 from deboom.report import Report, Step, Table
 from deboom.runs.made_parts import tolerance_cost
-from deboom.runs.options import Bounds, FrontRun, Seed
+from deboom.runs.options import Bounds, CostTable, FrontRun, Seed
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.progress import progress_bar
 from deboom.runs.rebuilt import supplier_study
@@ -97,9 +96,7 @@ class Options:
             "vehicle are counted."
         ),
     ] = True
-    cost_table: Annotated[
-        Path | None, Option(help="Table with the columns variable, weight and reference tolerance.")
-    ] = None
+    cost_table: CostTable = None
     front: FrontRun = None
     pick: Annotated[Pick, Option(help="Design of the front.")] = Pick.best_mean
     bounds: Bounds = 0.20
@@ -558,8 +555,7 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
         "The box",
         f"Limit: {origin}, {limits} dB(A), {study.response.quantity}, "
         f"{low:g} to {high:g} Hz. A part is accepted if every direction lies in its interval. The "
-        "largest box, by the "
-        "sum of weight times logarithm of width, was found from "
+        "largest box, by the sum of weight times logarithm of width, was found from "
         f"{len(solution.start_log_volumes)} starts in {solution.seconds:.1f} s; stiffness in N/mm "
         f"is the {study.condition}. {study.on_bounds.sum()} of the {2 * study.effective.sum()} "
         "ends lie on the bounds that were searched: there the limit demands nothing. In the "

@@ -45,7 +45,7 @@ from deboom.runs.made_parts import (
     tolerance_cost,
     with_draws,
 )
-from deboom.runs.options import FrontRun, Seed
+from deboom.runs.options import CostTable, FrontRun, Seed
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.rebuilt import supplier_study
 from deboom.runs.result import RunContext, run_name
@@ -83,9 +83,7 @@ class Options:
     share: Annotated[float, Option(help="Share of parts within the limits [1].")] = 0.95
     tightest: Annotated[float, Option(help="Smallest allowed tolerance, half width [1].")] = 0.05
     widest: Annotated[float, Option(help="Largest allowed tolerance, half width [1].")] = 0.30
-    cost_table: Annotated[
-        Path | None, Option(help="Table with the columns variable, weight and reference tolerance.")
-    ] = None
+    cost_table: CostTable = None
     search: SearchOptions = SearchOptions(generations=40, population=60)
     scatter: ScatterOptions = ScatterOptions(samples=256)
     platform: PlatformOptions = PlatformOptions()

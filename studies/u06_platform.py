@@ -72,11 +72,13 @@ class Options:
         ),
     ] = 256
     draws: Annotated[
-        int, Option(help="Number of draws of the scatter per design, a power of two.")
+        int,
+        Option(help="Number of draws of the scatter per design of the DOE, a power of two."),
     ] = 16
     search: ThoroughSearchOptions = ThoroughSearchOptions(generations=30)
     samples: Annotated[
-        int, Option(help="Number of draws of the scatter per design, a power of two.")
+        int,
+        Option(help="Number of draws of the scatter per design of the search, a power of two."),
     ] = 128
     n: Annotated[
         int,

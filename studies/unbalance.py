@@ -64,7 +64,7 @@ from deboom.measurement.compressor_test import HoseState
 from deboom.pages.compressor_unbalance import STEPS, UnbalancePlan, measured_unbalance
 from deboom.pages.unbalance import unbalance_report
 from deboom.report import Report
-from deboom.runs.options import BAND, ComponentLimitsFile, band_of
+from deboom.runs.options import BAND, ComponentLimitsFile, WithTruth, band_of
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
@@ -101,9 +101,7 @@ class Options:
     softening: Annotated[
         SofteningLaw, Option(help="Law of softening over the stroke of each mount, for route e.")
     ] = SofteningLaw.PARABOLA
-    truth: Annotated[
-        bool, Option(help="Compare with truth/ of a virtual test; otherwise deboom never opens it.")
-    ] = False
+    truth: WithTruth = False
 
 
 def prepare(options: Options) -> UnbalancePlan:

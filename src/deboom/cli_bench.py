@@ -19,33 +19,33 @@ Folder = Annotated[Path, typer.Argument(help="A new or empty folder for the file
 Seed = Annotated[
     int,
     typer.Option(
-        help="Seed of errors and noise, and of what stands on the bench, 1 or higher; "
-        "with 1, platform and vehicle are those of the shipped fleet."
+        help="Seed of errors and noise, and of what stands on the bench, 1 or higher; with 1, "
+        "platform and vehicle are those of the shipped fleet."
     ),
 ]
 TruthSeed = Annotated[
     int,
     typer.Option(
-        help="Seed of the true properties, 1 or higher; 1 gives those that are shipped. "
-        "It draws the powertrain with three or four cylinders, laws of the mounts, "
-        "torque and gears, and the unbalance and sense of rotation of a compressor."
-        " The best designs of 20 such platforms change the level by -4.3 to -2.6 dB"
-        " per line (10 to 90 %), with seed 1 by -3.1 dB."
+        help="Seed of the true properties, 1 or higher; 1 gives those that are shipped. It draws "
+        "the powertrain with three or four cylinders, laws of the mounts, torque and gears, and "
+        "the unbalance and sense of rotation of a compressor. The best designs of 20 such "
+        "platforms change the level by -4.3 to -2.6 dB per line (10 to 90 %), with seed 1 by -3.1 "
+        "dB."
     ),
 ]
 Tilt = Annotated[
     float,
     typer.Option(
-        help="Tilt each powertrain mount by this angle [deg], about an axis that "
-        "--truth-seed draws; mounts.csv states the angles."
+        help="Tilt each powertrain mount by this angle [deg], about an axis that --truth-seed "
+        "draws; mounts.csv states the angles."
     ),
 ]
 BodyScatter = Annotated[
     float,
     typer.Option(
-        help="Factor on the differences between cars of one drawing [1]. Their noise "
-        "transfer functions span 6 dB with 1, and 11 dB with 2; the literature has "
-        "10 to 15 dB. It needs --seed 2 or higher."
+        help="Factor on the differences between cars of one drawing [1]. Their noise transfer "
+        "functions span 6 dB with 1, and 11 dB with 2; the literature has 10 to 15 dB. It needs "
+        "--seed 2 or higher."
     ),
 ]
 NoiseFree = Annotated[
@@ -58,9 +58,8 @@ NoiseFree = Annotated[
 Level = Annotated[
     CalibrationLevel,
     typer.Option(
-        help="Errors of sensors and impacts, 1 sigma of gain, position and angle. C0.5: "
-        "0.5 %, 0.5 mm, 0.5 deg; C1: 1 %, 1 mm, 1 deg; C2: 2 %, 1.5 mm, 1.5 deg; "
-        "C3: 3 %, 2 mm, 2 deg."
+        help="Errors of sensors and impacts, 1 sigma of gain, position and angle. C0.5: 0.5 %, 0.5 "
+        "mm, 0.5 deg; C1: 1 %, 1 mm, 1 deg; C2: 2 %, 1.5 mm, 1.5 deg; C3: 3 %, 2 mm, 2 deg."
     ),
 ]
 Case = Annotated[
@@ -84,9 +83,8 @@ FlexibleReceiver = Annotated[
 Hoses = Annotated[
     HoseCase,
     typer.Option(
-        help="Standard hoses. drawn: as in the catalogue; scattered: stiffness, mass and"
-        " loss 0.75 to 1.3 times the catalogue; displaced: ports, directions and "
-        "lengths differ as well."
+        help="Standard hoses. drawn: as in the catalogue; scattered: stiffness, mass and loss 0.75 "
+        "to 1.3 times the catalogue; displaced: ports, directions and lengths differ as well."
     ),
 ]
 HammerWithHoses = Annotated[
@@ -95,9 +93,9 @@ HammerWithHoses = Annotated[
 MountStorage = Annotated[
     float,
     typer.Option(
-        help="Real part of the mounts' stiffness in operation, over that in the hammer "
-        "test [1]. Temperature, preload and amplitude change it. Try 0.9: then the "
-        "thesis's route errs below 50 Hz."
+        help="Real part of the mounts' stiffness in operation, over that in the hammer test [1]. "
+        "Temperature, preload and amplitude change it. Try 0.9: then the thesis's route errs below "
+        "50 Hz."
     ),
 ]
 MountLoss = Annotated[
@@ -123,8 +121,8 @@ def write(
         bool,
         typer.Option(
             "--receptance",
-            help="Write the receptance of each body at the mounts (UFF). Coupled motion then"
-            " includes the motion of the body.",
+            help="Write the receptance of each body at the mounts (UFF). Coupled motion then "
+            "includes the motion of the body.",
         ),
     ] = False,
     body_scatter: BodyScatter = 1.0,

@@ -191,8 +191,7 @@ def _designs(report: Report, view: PlatformFront) -> None:
             "",
         ),
         f"Both objectives over the variables with the largest influence on the level, {len(kept)} "
-        "designs "
-        "that the search evaluated; they lie most densely where the search went.",
+        "designs that the search evaluated; they lie most densely where the search went.",
     )
     values = view.front.values
     report.figure(

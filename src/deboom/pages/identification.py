@@ -171,8 +171,8 @@ def _procedure(report: Report, first: IdentifiedTest) -> None:
         f"{test.frf.frequency.size} lines from {test.frf.frequency[0]:g} to "
         f"{test.frf.frequency[-1]:g} Hz. {weighed} {np.count_nonzero(identification.fitted)} lines "
         f"in {bands} were fitted.\n\nThe compressor is a rigid body on mounts without rotational "
-        "stiffness: 10 numbers of mass, 20 of stiffness at the virtual point, 5 of "
-        "the rubber's gain. Gains, places and angles of all sensors and impacts "
+        "stiffness: 10 numbers of mass, 20 of stiffness at the virtual point, 5 of the rubber's "
+        "gain. Gains, places and angles of all sensors and impacts "
         f"({identification.calibrated.errors.size} numbers) are unknowns as well, held by their "
         "tolerances: self-calibration. The linear start needs no drawing.",
         folded=True,
@@ -553,9 +553,8 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
             "From the drawing (table 10) to the fit (table 11): start, bounds and result of least "
             "squares that take the positions of the sheet as exact. A number at its bound was not "
             "identified. Invisible: only the drawing says something about it. Prior-dominated: "
-            "more "
-            f"than {PRIOR_DOMINATED:.0%} of the bound's width is left. With others only: a part of "
-            "it lies in a combination that no test at one point can see.",
+            f"more than {PRIOR_DOMINATED:.0%} of the bound's width is left. With others only: a "
+            "part of it lies in a combination that no test at one point can see.",
             folded=True,
         )
         columns = [name for name in TABLE_11 if name in identifiability]

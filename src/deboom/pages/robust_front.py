@@ -499,9 +499,8 @@ def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
     report.text(
         f"Here the motion of the powertrain is solved for each design ({mine} motion); prescribed "
         f"motion keeps the measured motion. Prescribed motion expects {signed(promised, 1)} dB of "
-        "its own best-mean, of "
-        f"which {mine} motion expects {signed(real, 1)} dB; the best-mean of {mine} motion brings "
-        f"{signed(gain, 1)} dB. Both rank designs alike (correlation "
+        f"its own best-mean, of which {mine} motion expects {signed(real, 1)} dB; the best-mean of "
+        f"{mine} motion brings {signed(gain, 1)} dB. Both rank designs alike (correlation "
         f"{same['correlation [1]'].min():.3f} or more), and prescribed motion expects "
         f"{PERCENT / same['slope [1]'].max():.0f} to {PERCENT / same['slope [1]'].min():.0f} % of "
         "each change, because it neglects that a softer mount changes the motion of the powertrain."

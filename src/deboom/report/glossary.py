@@ -87,8 +87,7 @@ GLOSSARY: Mapping[str, str] = {
     "prescribed motion": (
         "The motion of the engine at the mounts is taken as measured and does not change with the "
         "stiffnesses. In high gears this tends to understate the effect of a change (on the "
-        "virtual "
-        "test bench by 20 to 25 % in gears 5 to 7)."
+        "virtual test bench by 20 to 25 % in gears 5 to 7)."
     ),
     "coupled motion": (
         "The motion of the engine is solved again for every design: powertrain and wheel ends "

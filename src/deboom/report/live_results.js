@@ -6,20 +6,6 @@ const WIDTH = 440, HEIGHT = 300, LEFT = 78, BOTTOM = 44, TOP = 12, RIGHT = 14;
 const chosen = new Set();
 let runs = [];
 
-function created(name, text = "", attributes = {}) {
-  const made = document.createElement(name);
-  made.textContent = text;
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  return made;
-}
-
-function drawn(name, attributes, text = "") {
-  const made = document.createElementNS(SVG, name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  made.textContent = text;
-  return made;
-}
-
 async function fetched(path) {
   const answer = await fetch(path);
   if (!answer.ok) throw new Error((await answer.text()).trim());
@@ -27,8 +13,8 @@ async function fetched(path) {
 }
 
 // the front: sum of sigma over sum of the mean level, best below and to the left
-function frontPicture(front) {
-  const picture = drawn("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img",
+function drawFront(block, front) {
+  const picture = element(block, "svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img",
     "aria-label": `Front of ${front.length} designs so far` });
   const range = column => {
     const values = front.map(point => point[column]);
@@ -40,48 +26,46 @@ function frontPicture(front) {
   const y = value => HEIGHT - BOTTOM - (HEIGHT - BOTTOM - TOP) * (value - y0) / (y1 - y0);
   const along = ticks(x0, x1, 5), up = ticks(y0, y1, 5);
   for (const value of along.values) {
-    picture.append(drawn("line", { x1: x(value), x2: x(value), y1: TOP, y2: HEIGHT - BOTTOM, stroke: "#dfe3e8" }));
-    picture.append(drawn("text", { x: x(value), y: HEIGHT - BOTTOM + 16, "text-anchor": "middle", "font-size": 11, fill: "#5f6b7a" }, value.toFixed(along.decimals)));
+    element(picture, "line", { x1: x(value), x2: x(value), y1: TOP, y2: HEIGHT - BOTTOM, stroke: "#dfe3e8" });
+    element(picture, "text", { x: x(value), y: HEIGHT - BOTTOM + 16, "text-anchor": "middle", "font-size": 11, fill: "#5f6b7a" }, value.toFixed(along.decimals));
   }
   for (const value of up.values) {
-    picture.append(drawn("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: y(value), y2: y(value), stroke: "#dfe3e8" }));
-    picture.append(drawn("text", { x: LEFT - 6, y: y(value) + 4, "text-anchor": "end", "font-size": 11, fill: "#5f6b7a" }, value.toFixed(up.decimals)));
+    element(picture, "line", { x1: LEFT, x2: WIDTH - RIGHT, y1: y(value), y2: y(value), stroke: "#dfe3e8" });
+    element(picture, "text", { x: LEFT - 6, y: y(value) + 4, "text-anchor": "end", "font-size": 11, fill: "#5f6b7a" }, value.toFixed(up.decimals));
   }
   const title = { "text-anchor": "middle", "font-size": 12, fill: "#1f2933" };
-  picture.append(drawn("text", { x: (LEFT + WIDTH) / 2, y: HEIGHT - 8, ...title }, "Σ of mean levels over vehicles and lines [dB]"));
-  picture.append(drawn("text", { transform: `translate(14 ${(HEIGHT - BOTTOM) / 2}) rotate(-90)`, ...title }, "Σ of their σ [dB]"));
+  element(picture, "text", { x: (LEFT + WIDTH) / 2, y: HEIGHT - 8, ...title }, "Σ of mean levels over vehicles and lines [dB]");
+  element(picture, "text", { transform: `translate(14 ${(HEIGHT - BOTTOM) / 2}) rotate(-90)`, ...title }, "Σ of their σ [dB]");
   for (const [mean, sigma] of front)
-    picture.append(drawn("circle", { cx: x(mean), cy: y(sigma), r: 3.5, fill: "#0b4f7d", "fill-opacity": 0.75 }));
-  return picture;
+    element(picture, "circle", { cx: x(mean), cy: y(sigma), r: 3.5, fill: "#0b4f7d", "fill-opacity": 0.75 });
 }
 
-function searchBlock(run, search) {
-  const block = created("div", "", { class: "search" });
+function addSearch(place, run, search) {
+  const block = node(place, "div", { class: "search" });
   const of = search.planned ? ` of ${search.planned}` : "";
-  block.append(created("h3", `${run.study}, ${search.name}: generation ${search.generation}${of}, ${search.evaluated} designs`));
-  block.append(search.front.length ? frontPicture(search.front) : created("p", "No design keeps the limits yet."));
-  const ends = created("dl");
+  node(block, "h3", {}, `${run.study}, ${search.name}: generation ${search.generation}${of}, ${search.evaluated} designs`);
+  if (search.front.length) drawFront(block, search.front);
+  else node(block, "p", {}, "No design keeps the limits yet.");
+  const ends = node(block, "dl");
   for (const [pick, design] of Object.entries(search.ends)) {
-    ends.append(created("h4", `${pick} so far, × today's stiffness`));
+    node(ends, "h4", {}, `${pick} so far, × today's stiffness`);
     for (const [name, factor] of Object.entries(design)) {
-      const item = created("div");
-      item.append(created("dt", name), created("dd", factor.toFixed(3)));
-      ends.append(item);
+      const item = node(ends, "div");
+      node(item, "dt", {}, name);
+      node(item, "dd", {}, factor.toFixed(3));
     }
   }
-  block.append(ends);
-  return block;
 }
 
 async function showSearches() {
-  const running = runs.filter(run => run.state === "running"), blocks = [];
+  const running = runs.filter(run => run.state === "running"), place = document.createDocumentFragment();
   for (const run of running) {
     const { searches } = await fetched(`/api/search?run=${encodeURIComponent(run.id)}`);
-    for (const search of searches) blocks.push(searchBlock(run, search));
-    if (!searches.length) blocks.push(created("p", `${run.study}, ${run.started}: no generation is complete yet.`));
+    for (const search of searches) addSearch(place, run, search);
+    if (!searches.length) node(place, "p", {}, `${run.study}, ${run.started}: no generation is complete yet.`);
   }
   byId("running").hidden = running.length === 0;
-  byId("searches").replaceChildren(...blocks);
+  byId("searches").replaceChildren(place);
 }
 
 function isWanted(run) {
@@ -90,33 +74,35 @@ function isWanted(run) {
   return (!state || run.state === state) && words.every(word => text.includes(word));
 }
 
-function runRow(run) {
-  const row = created("tr"), box = created("input", "", { type: "checkbox", "aria-label": `compare ${run.id}` });
+function addRun(rows, run) {
+  const row = node(rows, "tr");
+  const box = node(node(row, "td"), "input", { type: "checkbox", "aria-label": `compare ${run.id}` });
   box.checked = chosen.has(run.id);
   box.addEventListener("change", () => {
     if (box.checked) chosen.add(run.id); else chosen.delete(run.id);
     showSideBySide();
   });
-  const cells = ["", run.study, run.started, run.state, run.special].map(text => created("td", text));
-  cells[0].append(box);
-  cells[2].className = "when";
-  const numbers = created("td", "", { class: "headlines" });
+  node(row, "td", {}, run.study);
+  node(row, "td", { class: "when" }, run.started);
+  node(row, "td", {}, run.state);
+  node(row, "td", {}, run.special);
+  const numbers = node(row, "td", { class: "headlines" });
   for (const [label, value] of Object.entries(run.headlines).slice(0, 4)) {
-    const line = created("div");
-    line.append(created("b", value), ` ${label}`);
-    numbers.append(line);
+    const line = node(numbers, "div");
+    node(line, "b", {}, value);
+    line.append(` ${label}`);
   }
-  const links = created("td", "", { class: "links" });
-  for (const page of run.pages.slice(0, 8)) links.append(created("a", page.title, { href: page.url }));
-  links.append(created("a", "files", { href: run.files }));
+  const links = node(row, "td", { class: "links" });
+  for (const page of run.pages.slice(0, 8)) node(links, "a", { href: page.url }, page.title);
+  node(links, "a", { href: run.files }, "files");
   if (run.picks.length)
-    links.append(created("code", `sheet from a design: deboom report ${run.typed} --supplier --design ${run.picks[0]}`));
-  row.append(...cells, numbers, links);
-  return row;
+    node(links, "code", {}, `sheet from a design: deboom report ${run.typed} --supplier --design ${run.picks[0]}`);
 }
 
 function showRuns() {
-  byId("runs").tBodies[0].replaceChildren(...runs.filter(isWanted).map(runRow));
+  const rows = byId("runs").tBodies[0];
+  rows.replaceChildren();
+  for (const run of runs.filter(isWanted)) addRun(rows, run);
 }
 
 // options and headlines in which the chosen runs differ
@@ -125,19 +111,20 @@ function showSideBySide() {
   byId("side").hidden = compared.length < 2;
   if (compared.length < 2) return;
   byId("command").textContent = `deboom compare ${compared.map(run => run.typed).join(" ")}`;
-  const head = created("tr");
-  head.append(created("th", ""), ...compared.map(run => created("th", `${run.study}, ${run.started}`, { scope: "col" })));
-  byId("differences").tHead.replaceChildren(head);
+  const table = byId("differences"), rows = table.tBodies[0];
+  table.tHead.replaceChildren();
+  rows.replaceChildren();
+  const head = node(table.tHead, "tr");
+  node(head, "th");
+  for (const run of compared) node(head, "th", { scope: "col" }, `${run.study}, ${run.started}`);
   const facts = compared.map(run => ({ ...run.options, ...run.headlines }));
-  const rows = [];
   for (const name of new Set(facts.flatMap(Object.keys))) {
     const values = facts.map(fact => fact[name] ?? "–");
     if (new Set(values).size === 1) continue;
-    const row = created("tr");
-    row.append(created("th", name, { scope: "row" }), ...values.map(value => created("td", value)));
-    rows.push(row);
+    const row = node(rows, "tr");
+    node(row, "th", { scope: "row" }, name);
+    for (const value of values) node(row, "td", {}, value);
   }
-  byId("differences").tBodies[0].replaceChildren(...rows);
 }
 
 async function refresh() {
@@ -146,7 +133,8 @@ async function refresh() {
     const before = JSON.stringify(runs);
     runs = content.runs.reverse();
     byId("problems").hidden = content.problems.length === 0;
-    byId("problems").replaceChildren(...content.problems.map(text => created("li", text)));
+    byId("problems").replaceChildren();
+    for (const problem of content.problems) node(byId("problems"), "li", {}, problem);
     if (JSON.stringify(runs) !== before) { showRuns(); showSideBySide(); }
     await showSearches();
     byId("state").textContent = `${runs.length} runs; looked at ${new Date().toLocaleTimeString()}.`;

@@ -54,7 +54,19 @@ Level = Annotated[
 ]
 Bounds = Annotated[float, Option(help="Half width of the range of stiffness factors around 1 [1].")]
 Tolerance = Annotated[float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")]
+Draws = Annotated[int, Option(help="Number of draws of the scatter per design, a power of two.")]
 FrontRun = Annotated[Path | None, Option(help="Run of a front study; default: a new quick search.")]
+CostTable = Annotated[
+    Path | None, Option(help="Table with the columns variable, weight and reference tolerance.")
+]
+MountSet = Annotated[str, Option(help="Mount set on the bench.")]
+CubicPieces = Annotated[
+    int, Option(help="Number of cubic pieces per response surface.", callback=at_least(1))
+]
+SelfCalibration = Annotated[bool, Option(help="Let the measuring chains calibrate each other.")]
+WithTruth = Annotated[
+    bool, Option(help="Compare with truth/ of a virtual test; otherwise deboom never opens it.")
+]
 IdenticalMounts = Annotated[
     bool, Option(help="With a drawing, fit position and tilt of mounts that are one round part.")
 ]

@@ -86,7 +86,9 @@ def _first_pages(front: Path, box: Path, target: Path) -> None:
 def _finished_run(folder: Path) -> None:
     """Make the small finished run that a clone can open, under a name that stays."""
     options = {"seed": 1, "n": 256, "pairs": True}
-    run = run_study(load_study(ROOT / "studies" / "u06_sensitivity.py"), folder, options)
+    folder = folder.resolve()
+    with contextlib.chdir(ROOT):  # a record names its files from here, and a clone has them here
+        run = run_study(load_study(ROOT / "studies" / "u06_sensitivity.py"), folder, options)
     if EXAMPLE.exists():
         shutil.rmtree(EXAMPLE)
     shutil.copytree(run, EXAMPLE)

@@ -1,6 +1,7 @@
 """A pinned run fails when a number, a column or a sentence of it changes, and only then."""
 
 import json
+from contextlib import nullcontext
 
 import pytest
 
@@ -11,6 +12,7 @@ PAGE = """<h1>Unbalance</h1><p>Static unbalance <b>20.10</b> g mm.</p>
 <p>The rotor turns from y to z.</p><h2 id="provenance">Provenance</h2><p>1.234 s</p>"""
 TABLE = "speed [rpm],static [g mm]\n1000,20.1\n2000,20.3\n"
 RECORD = {"facts": {"route": "d"}, "inputs_sha256": {"test/frf.uff": 64 * "a"}}
+DRAWN = "6 in x 4 in\nspeed | 0 1 |\nlines: 1, 4 numbers, 20.3\nlooks: 2 Line2D gh, 1 Axes ij"
 MODEL = {"mass_kg": 7.1987, "matrix": [[1.0, 0.5], [0.5, 2.0]], "names": ["x", "y"]}
 
 
@@ -24,6 +26,7 @@ def run(tmp_path, monkeypatch):
     files |= {"run.json": json.dumps(RECORD), "model.json": json.dumps(MODEL)}
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
+    (folder / "speed.png").write_bytes(pinned_pages.PICTURE + DRAWN.encode())
     return folder
 
 
@@ -86,6 +89,31 @@ def test_what_differs_from_run_to_run_is_not(run, pin, name, old, new):
     pinned_pages.hold(run, "first")
 
 
+@pytest.mark.parametrize(("version", "seen"), [((3, 11), True), ((3, 10, 9), False)])
+@pytest.mark.parametrize("line", ["6 in x 8 in", "looks: 2 Line2D gk, 1 Axes ij"])
+def test_looks_of_a_picture_count_from_the_matplotlib_that_drew_the_pins(
+    run, pin, monkeypatch, version, seen, line
+):
+    pin("first")
+    monkeypatch.setattr(pinned_pages.mpl, "__version_info__", version)
+    pinned_pages.hold(run, "first")
+    begin = line.partition(" ")[0]
+    lines = [line if old.startswith(begin) else old for old in DRAWN.split("\n")]
+    (run / "speed.png").write_bytes(pinned_pages.PICTURE + "\n".join(lines).encode())
+    with pytest.raises(AssertionError, match="first") if seen else nullcontext():
+        pinned_pages.hold(run, "first")
+
+
+@pytest.mark.parametrize("version", [(3, 11), (3, 10, 9)])
+def test_what_a_picture_draws_counts_with_any_matplotlib(run, pin, monkeypatch, version):
+    pin("first")
+    monkeypatch.setattr(pinned_pages.mpl, "__version_info__", version)
+    drawn = DRAWN.replace("20.3", "20.5").encode()
+    (run / "speed.png").write_bytes(pinned_pages.PICTURE + drawn)
+    with pytest.raises(AssertionError, match="first"):
+        pinned_pages.hold(run, "first")
+
+
 def test_a_second_run_of_a_page_repeats_neither_its_prose_nor_files_that_are_alike(run, pin):
     first = pin("first").read_text(encoding="utf-8")
     edit(run, "report.html", "20.16", "21.16")
@@ -93,4 +121,4 @@ def test_a_second_run_of_a_page_repeats_neither_its_prose_nor_files_that_are_ali
     assert "The rotor turns from y to z." in first
     assert "The rotor turns from y to z." not in second
     assert "a | 21.16" in second
-    assert second.count("as in first") == 3
+    assert second.count("as in first") == 4

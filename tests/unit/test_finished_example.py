@@ -17,7 +17,10 @@ def test_a_clone_opens_a_finished_run_of_a_megabyte_at_most():
     check_files(entry)
     assert entry.finished
     assert sum(path.stat().st_size for path in EXAMPLE.rglob("*") if path.is_file()) <= 1_000_000
-    assert set(entry.record["arguments"]) <= set(load_study(entry.study).parameters)
+    arguments = entry.record["arguments"]
+    assert set(arguments) <= set(load_study(entry.study).parameters)
+    assert not Path(arguments["platform"]).is_absolute()
+    assert (ROOT / arguments["platform"] / "platform.toml").is_file()
     table = pd.read_csv(EXAMPLE / "sobol.csv")
     assert set(table.loc[table["rank"] == 1, "variable"]) == {"TSM x", "GeM x"}
     told = call("show", EXAMPLE).stdout

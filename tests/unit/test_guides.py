@@ -55,6 +55,11 @@ def text_of(name):
     return GUIDE.with_name(f"{name}.md").read_text(encoding="utf-8")
 
 
+def figures_in(text, pattern):
+    """Return what the groups of a pattern say in a text whose lines may break anywhere."""
+    return re.search(pattern, " ".join(text.split())).groups()
+
+
 def run_blocks(text, names):
     """Run the Python of a guide, or of a part of it, with the names of what ran before."""
     for block in blocks(text, "python"):
@@ -414,7 +419,7 @@ def test_a_figure_of_a_guide_is_that_which_validation_measured(guide, pattern, c
     (row,) = [line for line in page.splitlines() if line.startswith(f"| {claim}")]
     cells = re.split(r"(?<!\\)\|", row)
     numbers = [float(n) for n in re.findall(r"[-−]?\d+(?:\.\d+)?", cells[3].replace("−", "-"))]
-    said_figures = re.search(pattern, " ".join(text_of(guide).split())).groups()
+    said_figures = figures_in(text_of(guide), pattern)
     for said, measured in zip(said_figures, of(numbers)[: len(said_figures)], strict=True):
         digits = len(said.partition(".")[2])
         assert said == f"{measured:.{digits}f}", (said, measured)
@@ -437,7 +442,7 @@ def test_a_figure_of_a_guide_is_that_of_the_run_it_quotes(pattern, key):
     """`tests/golden/quoted_runs.json` has the summaries of the runs, by the command."""
     path = ROOT / "tests" / "golden" / "quoted_runs.json"
     value = json.loads(path.read_text(encoding="utf-8"))["deboom run commonality"][key]
-    (said,) = re.search(pattern, " ".join(TEXT.split())).groups()
+    (said,) = figures_in(TEXT, pattern)
     digits = len(said.partition(".")[2])
     assert said == (value if isinstance(value, str) else f"{value:.{digits}f}")
 
@@ -478,7 +483,7 @@ PROSE = [
 
 @pytest.mark.parametrize(("pattern", "page"), PROSE)
 def test_a_number_of_a_sentence_stands_on_the_page_that_it_tells_of(pattern, page):
-    (said,) = re.search(pattern, " ".join(TEXT.split())).groups()
+    (said,) = figures_in(TEXT, pattern)
     assert stands_in(said, figures_of_page(page))
 
 
@@ -501,7 +506,7 @@ LIMITS = [
 
 @pytest.mark.parametrize(("guide", "pattern", "constant"), LIMITS)
 def test_a_limit_in_a_guide_is_that_of_the_code(guide, pattern, constant):
-    (said,) = re.search(pattern, " ".join(text_of(guide).split())).groups()
+    (said,) = figures_in(text_of(guide), pattern)
     assert float(said.replace(" ", "")) == constant
 
 

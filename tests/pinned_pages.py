@@ -217,6 +217,13 @@ def _files(lines):
     yield head, inside
 
 
+def _within(axis):
+    """Return the ticks that show: beyond its ends, an axis has others in each matplotlib."""
+    low, high = sorted(axis.get_view_interval())
+    ticks = np.asarray(axis.get_ticklocs())
+    return ticks[(low <= ticks) & (ticks <= high)]
+
+
 def described(drawing):
     """Return what a picture shows in place of its PNG: words, and two numbers for each kind."""
     if isinstance(drawing, bytes):
@@ -239,7 +246,7 @@ def described(drawing):
             "colours": [kind.get_array() for kind in (*axes.collections, *axes.images)],
             "offsets": [kind.get_offsets() for kind in axes.collections],
             "paths": [path.vertices for kind in axes.collections for path in kind.get_paths()],
-            "ticks": [axes.get_xticks(), axes.get_yticks()],
+            "ticks": [_within(axis) for axis in (axes.xaxis, axes.yaxis)],
             "texts": [text.get_position() for text in axes.texts],
             "numbers": [[float(n.replace("−", "-")) for n in NUMBER.findall(many)]],
         }

@@ -142,11 +142,23 @@ def test_the_front_wheel_of_a_measured_bicycle(bicycle):
     assert diameter == pytest.approx(printed["IFxx"][0], rel=1e-9)
 
 
+@pytest.mark.parametrize("which", range(3))
+def test_deviations_of_a_torsion_pendulum_are_those_of_differences(which):
+    """Each of the period, the reference's and the reference inertia, by itself."""
+    pairs = [(2.0, 0.0), (1.3, 0.0), (0.1, 0.0)]
+    pairs[which] = (pairs[which][0], 1e-6)
+    value, deviation = torsion_inertia(*pairs)
+    pairs[which] = (pairs[which][0] + 1e-6, 0.0)
+    assert deviation == pytest.approx(abs(torsion_inertia(*pairs)[0] - value), rel=1e-5)
+
+
 def test_impossible_swings_are_refused():
     with pytest.raises(InputError, match=r"point mass on 0\.5 m"):
         pendulum_inertia((2.0, 0.0), (0.5, 0.0), (1.0, 0.0))
     with pytest.raises(InputError, match="above 0"):
         torsion_inertia((1.0, 0.0), (0.0, 0.0), (1.0, 0.0))
+    with pytest.raises(InputError, match="above 0"):
+        torsion_inertia((1.0, 0.1), (1.0, 0.1), (0.0, 0.1))
 
 
 def test_what_moves_like_no_rigid_body_is_refused():

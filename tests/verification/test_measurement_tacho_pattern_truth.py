@@ -156,6 +156,14 @@ def test_a_seam_that_few_revolutions_show_is_refused(seconds):
         repair_pulses(times, 12)
 
 
+@pytest.mark.parametrize("number", [4, 9])
+def test_a_displaced_pulse_of_a_short_record_is_no_seam(number):
+    """It makes two steps whose sum is two pitches, where a seam makes a single one."""
+    times = pulses(tape(12, 1.0, 0.0, np.random.default_rng(1)), seconds=0.3)
+    times[number] += 0.4 * (times[number + 1] - times[number])
+    assert "cannot be checked" in repair_pulses(times, 12).note
+
+
 def test_another_number_of_stripes_is_refused():
     times = pulses(tape(12, 1.7, 0.05, np.random.default_rng(1)))
     for wrong in (10, 11, 14, 18):

@@ -12,7 +12,7 @@ D. Kraft (SLSQP) in scipy.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 from itertools import pairwise
@@ -33,9 +33,13 @@ FEW_DRAWS = 16
 """Draws that find the branches of a front; a prefix of the Sobol points of the search."""
 TARGETS, STARTS = 16, 6
 """Targets along the front with few draws, and random descents at each of them."""
-END_DRAWS, END_STARTS = (16, 32), (6, 12)
-"""Draws, and random descents with them, to the best first and to the best second objective. The
-best sigma may have a basin that half of the descents miss, and that 16 draws do not know."""
+BRANCHES = 2
+"""Most branches that descents with all draws follow to each target."""
+END_STARTS = (6, 12)
+"""Random descents with few draws to the best first and to the best second objective, which most
+designs do not lead to."""
+NO_INFLUENCE = 1e-3
+"""Scaled difference of an objective up to which a variable does not count at its best design."""
 VALLEY = 1e-2
 """Scaled difference of an objective up to which descents with few draws ended in one valley."""
 APART, SAME = 0.7, 0.5
@@ -482,14 +486,10 @@ def converged_front(
         return np.where(free, random.random(free.size), 0.0)
 
     stages = _Stages(progress)
-
-    def problem(draws: int) -> _Problem:
-        return _Problem(replace(robust, sample=_first_draws(robust.sample, draws)), limits)
-
-    size, worst = _scale(problem(FEW_DRAWS), np.array([place() for _ in range(16)]))
+    few = _Problem(replace(robust, sample=_first_draws(robust.sample, FEW_DRAWS)), limits)
+    size, worst = _scale(few, np.array([place() for _ in range(16)]))
     guides = _guides(space, begin)
-    few = {n: _Landscape(problem(n), size, worst) for n in {FEW_DRAWS, *END_DRAWS}}
-    ends, branches = _branches(few, place, guides)
+    ends, branches = _branches(_Landscape(few, size, worst), place, guides)
     stages.done("branches of the front")
     landscape = _Landscape(_Problem(robust, limits), size, worst)
     net = _Net(landscape, _ends(landscape, ends, branches, guides))
@@ -497,7 +497,7 @@ def converged_front(
     for guide in guides:
         landscape.point(guide)
     for share, points in branches.items():
-        places = _distinct(points, 2, APART) + _at_share(guides, share)
+        places = _distinct(points, BRANCHES, APART) + _at_share(guides, share)
         net.solve(share, [landscape.point(place) for place in places])
     for shares in (sorted(net.points), sorted(net.points, reverse=True)):
         for before, share in pairwise(shares[:-1]):
@@ -567,21 +567,20 @@ def _scale(problem: _Problem, places: RealArray) -> tuple[RealArray, RealArray]:
 
 
 def _branches(
-    few: Mapping[int, _Landscape], place: Callable[[], RealArray], guides: Sequence[RealArray]
+    few: _Landscape, place: Callable[[], RealArray], guides: Sequence[RealArray]
 ) -> tuple[list[list[_Point]], dict[float, list[_Point]]]:
     """Return both ends and the optima at each target, all with few draws, the best first."""
-    least, ends, corners = few[FEW_DRAWS], [], []
-    for row, (draws, count) in enumerate(zip(END_DRAWS, END_STARTS, strict=True)):
+    ends = []
+    for row, count in enumerate(END_STARTS):
         starts = [place() for _ in range(count)] + _at_share(guides, float(row))
-        points = [few[draws].descend(start, row, goal=1e-4, steps=30) for start in starts]
+        points = [few.descend(start, row, goal=1e-4, steps=30) for start in starts]
         ends.append(sorted(points, key=partial(_value_of, row=row)))
-        corners.append(least.descend(ends[row][0].place, row, goal=1e-4, steps=30).value)
-    line = _Line(*corners)
+    line = _Line(ends[0][0].value, ends[1][0].value)
     branches = {}
     for share in (np.arange(TARGETS) + 0.5) / TARGETS:
         target = line.target(share)
         starts = [place() for _ in range(STARTS)] + _at_share(guides, float(share))
-        points = [least.reach(start, target, line.box, goal=ROUGH, steps=20) for start in starts]
+        points = [few.reach(start, target, line.box, goal=ROUGH, steps=20) for start in starts]
         points.sort(key=lambda point: line.excess(point, share))
         lowest = line.excess(points[0], share)
         branches[float(share)] = [
@@ -603,10 +602,25 @@ def _ends(
         starts = _distinct(_valleys(ends[row], row), 6, 0.3)
         starts += _distinct(branches[nearest[row]], 2, APART)
         starts += _at_share(guides, float(row))
+        value_of = partial(_value_of, row=row)
         points = [landscape.descend(place, row, goal=1e-4, steps=25) for place in starts]
-        first = min(points, key=partial(_value_of, row=row))
+        first = min(points, key=value_of)
+        for place in _mirrored(first.place):
+            if abs(value_of(landscape.point(place)) - value_of(first)) > NO_INFLUENCE:
+                points.append(landscape.descend(place, row, goal=1e-4, steps=25))
+        first = min(points, key=value_of)
         best.append(landscape.descend(first.place, row, goal=1e-10, steps=60))
     return best
+
+
+def _mirrored(place: RealArray) -> RealArray:
+    """Return a scaled design (k,) with each of its variables at the bound that is farther, (k, k).
+
+    Basins of an end lie at other bounds of one or two variables, and which is the deepest depends
+    on the draws.
+    """
+    farther = np.where(place < 0.5, 1.0, 0.0)
+    return np.where(np.eye(place.size, dtype=bool), farther, place)
 
 
 def _valleys(points: Sequence[_Point], row: int) -> list[_Point]:

@@ -31,7 +31,7 @@ def run(out, study, **changes):
 
 def _four_designs(robust, **_):
     space = robust.space
-    return np.linspace(space.nominal, space.lower + 0.7 * (space.upper - space.lower), 4)
+    return robust(np.linspace(space.nominal, space.lower + 0.7 * (space.upper - space.lower), 4))
 
 
 def test_a_front_shows_what_it_showed(tmp_path, described_pictures, monkeypatch):

@@ -105,7 +105,7 @@ def test_the_front_converges_to_its_closed_form(seed):
     """Mean and sigma of QUAD2 are exact with a parabola as control variate, and so is its front."""
     robust = robust_of(WithSlopes(quad2(6, seed=1)), draws=64, estimator=Estimator(2))
     exact = exact_front(quad2(6, seed=1), robust.space)
-    reached = robust(converged_front(robust, seed=seed)).objectives
+    reached = converged_front(robust, seed=seed).objectives
     box = common_box([exact])
     assert box.hypervolume(reached) > 0.9985 * box.hypervolume(exact)
     span = np.ptp(exact, axis=0)
@@ -118,8 +118,9 @@ def test_u06_in_prescribed_motion_reaches_the_front_of_many_starts():
     """The whole front of 1500 points; benchmarks/converged_fronts.py measures the other four."""
     model = deboom.read_platform("u06").model(vehicles="U06", band=(20, 60), motion="prescribed")
     robust = deboom.Robust(model, model.design_space(), draws=128, seed=1)
-    reached = robust(converged_front(robust, seed=1))
+    reached = converged_front(robust, seed=1)
     row = figures(robust, reached, REFERENCE / "u06_prescribed.csv")
     assert row["share [%]"] > 99.85
-    assert row["share of 200 points [%]"] > 99.8
+    # the best 200 of the reference's own 1500 points have 99.878 %
+    assert row["share of 200 points [%]"] > 99.85
     assert max(row["best mean above [mdB]"], row["best sigma above [mdB]"]) < 1.0

@@ -23,19 +23,25 @@ from scipy.optimize import minimize
 
 from deboom.arrays import RealArray
 from deboom.common import Progress
-from deboom.explore.front import nondominated
+from deboom.explore.front import nondominated, pareto_front
 from deboom.explore.moments import Objective, Statistic
-from deboom.explore.robust import DesignLimits, Robust
+from deboom.explore.robust import DesignLimits, Robust, RobustValues
 from deboom.explore.scatter import ToleranceSample, ToleranceSampler
 from deboom.explore.space import DesignSpace, generator
 
 FEW_DRAWS = 16
 """Draws that find the branches of a front; a prefix of the Sobol points of the search."""
-TARGETS, STARTS = 16, 10
+TARGETS, STARTS = 16, 6
 """Targets along the front with few draws, and random descents at each of them."""
-END_STARTS = (6, 24)
-"""Random descents with few draws to the best first and to the best second objective: the best sigma
-has a small basin, which 50 to 70 % of them miss."""
+BRANCHES = 2
+"""Most branches that descents with all draws follow to each target."""
+END_STARTS = (6, 12)
+"""Random descents with few draws to the best first and to the best second objective, which most
+designs do not lead to."""
+NO_INFLUENCE = 1e-3
+"""Scaled difference of an objective up to which a variable does not count at its best design."""
+VALLEY = 1e-2
+"""Scaled difference of an objective up to which descents with few draws ended in one valley."""
 APART, SAME = 0.7, 0.5
 """Distance in scaled designs above which two designs are of different branches, and below which
 designs between them are worth an evaluation."""
@@ -43,9 +49,11 @@ REFINEMENTS = 80
 """Most targets that are added where the net loses most."""
 ENOUGH = 5e-4
 """Hypervolume, as a share of the box of the front, that the net may still lose."""
-FILL = 4
-"""Designs evaluated between two neighbours of one branch: there a straight line errs by the square
-of its length."""
+STRAIGHT = 3e-4
+"""Share of the box of the front that a descent gains on a line between neighbours, below which
+designs on the two halves of the line are good enough: they miss the front by a quarter of it."""
+LINES = 400
+"""Designs evaluated on lines between neighbours of one branch."""
 STEEP = 20.0
 """Factor on what a descent to a target minimises. SLSQP begins with the curvature 1, which is far
 too much for shares of a box: the larger the factor, the longer the first step."""
@@ -356,13 +364,13 @@ class _Landscape:
     def descend(self, start: RealArray, row: int, *, goal: float, steps: int) -> _Point:
         """Return where a descent of one objective ends."""
         end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
-            lambda place: self.at(place)[row],
+            lambda place: STEEP * self.at(place)[row],
             start,
-            jac=lambda place: self.slope_at(place)[row],
+            jac=lambda place: STEEP * self.slope_at(place)[row],
             method="SLSQP",
             bounds=[(0.0, 1.0)] * len(start),
             constraints=self._kept(len(start), goal=goal),
-            options={"maxiter": steps, "ftol": goal},
+            options={"maxiter": steps, "ftol": STEEP * goal},
         )
         return self.point(end.x)
 
@@ -390,6 +398,10 @@ class _Landscape:
             options={"maxiter": steps, "ftol": STEEP * goal},
         )
         return self.point(end.x[:-1])
+
+    def evaluated(self, row: int) -> _Point:
+        """Return one of the designs that were evaluated."""
+        return _Point(self.places[row], self.values[row], self.beyond[row])
 
     def point(self, place: RealArray) -> _Point:
         """Return the objectives at a place, clipped into the bounds."""
@@ -430,8 +442,8 @@ def converged_front(
     limits: DesignLimits | None = None,
     begin: RealArray | None = None,
     progress: Progress | None = None,
-) -> RealArray:
-    """Return designs of a converged front of two smooth objectives, perhaps within limits.
+) -> RobustValues:
+    """Return a converged front of two smooth objectives, perhaps within limits.
 
     Parameters
     ----------
@@ -449,9 +461,9 @@ def converged_front(
 
     Returns
     -------
-    array, shape (n, k)
-        Designs within all limits that no other evaluated one beats; perhaps none [units of the
-        space].
+    RobustValues
+        Designs within all limits that no other evaluated one beats, with their values; perhaps
+        none.
 
     Notes
     -----
@@ -460,7 +472,8 @@ def converged_front(
     2. Both ends, with all draws, from the distinct ends of the first stage.
     3. The targets, with all draws, from the distinct optima of the first stage, and from the
        neighbours on another branch, there and back.
-    4. The interval between two neighbours that loses most hypervolume is halved, again and again.
+    4. The interval between two neighbours that loses most hypervolume is halved, again and again,
+       except where a line between neighbours is as good.
     5. Designs on the straight line between neighbours of one branch are evaluated.
 
     The objectives of few draws are shifted, and have a box of their own.
@@ -484,20 +497,21 @@ def converged_front(
     for guide in guides:
         landscape.point(guide)
     for share, points in branches.items():
-        net.solve(share, _distinct(points, 2, APART) + _at_share(guides, share))
+        places = _distinct(points, BRANCHES, APART) + _at_share(guides, share)
+        net.solve(share, [landscape.point(place) for place in places])
     for shares in (sorted(net.points), sorted(net.points, reverse=True)):
         for before, share in pairwise(shares[:-1]):
-            if _distance(net.points[before], net.points[share]) > APART:
-                net.solve(share, [net.points[before].place])
+            net.solve(share, [net.points[before]])
     stages.done("targets between them")
     net.refine()
     stages.done("widest gaps halved")
-    net.fill()
-    stages.done("lines between neighbours")
     kept = np.array(landscape.beyond) <= 0.0
-    places, values = np.array(landscape.places)[kept], np.array(landscape.values)[kept]
-    best = nondominated(values)
-    return np.asarray(space.lower + places[best] * (space.upper - space.lower))
+    places, reached = np.array(landscape.places)[kept], np.array(landscape.values)[kept]
+    places = np.vstack([places[nondominated(reached)], *net.lines()])
+    evaluated = robust if limits is None else limits.around(robust)
+    values = evaluated(space.lower + places * (space.upper - space.lower))
+    stages.done("lines between neighbours")
+    return pareto_front(values)
 
 
 def _guides(space: DesignSpace, begin: RealArray | None) -> list[RealArray]:
@@ -585,12 +599,40 @@ def _ends(
     best = []
     nearest = (min(branches), max(branches))
     for row in range(2):
-        starts = _distinct(ends[row], 6, 0.3) + _distinct(branches[nearest[row]], 2, APART)
+        starts = _distinct(_valleys(ends[row], row), 6, 0.3)
+        starts += _distinct(branches[nearest[row]], 2, APART)
         starts += _at_share(guides, float(row))
+        value_of = partial(_value_of, row=row)
         points = [landscape.descend(place, row, goal=1e-4, steps=25) for place in starts]
-        first = min(points, key=partial(_value_of, row=row))
+        first = min(points, key=value_of)
+        for place in _mirrored(first.place):
+            if abs(value_of(landscape.point(place)) - value_of(first)) > NO_INFLUENCE:
+                points.append(landscape.descend(place, row, goal=1e-4, steps=25))
+        first = min(points, key=value_of)
         best.append(landscape.descend(first.place, row, goal=1e-10, steps=60))
     return best
+
+
+def _mirrored(place: RealArray) -> RealArray:
+    """Return a scaled design (k,) with each of its variables at the bound that is farther, (k, k).
+
+    Basins of an end lie at other bounds of one or two variables, and which is the deepest depends
+    on the draws.
+    """
+    farther = np.where(place < 0.5, 1.0, 0.0)
+    return np.where(np.eye(place.size, dtype=bool), farther, place)
+
+
+def _valleys(points: Sequence[_Point], row: int) -> list[_Point]:
+    """Return the first of points, sorted by an objective, that are equal in it.
+
+    What an objective hardly depends on leaves a valley, whose designs lie far apart.
+    """
+    kept = list(points[:1])
+    for point in points[1:]:
+        if _value_of(point, row=row) - _value_of(kept[-1], row=row) > VALLEY:
+            kept.append(point)
+    return kept
 
 
 def _value_of(point: _Point, *, row: int) -> float:
@@ -607,14 +649,23 @@ class _Net:
         self.points = {0.0: ends[0], 1.0: ends[1]}
         self.reached: dict[float, float] = {}
 
-    def solve(self, share: float, starts: Sequence[RealArray]) -> None:
-        """Bring the point of a target as far down as any start leads."""
+    def solve(self, share: float, starts: Sequence[_Point]) -> float:
+        """Bring the point of a target down from several starts, the lowest first.
+
+        Starts of the branch that was reached already are left out.
+
+        - returns: share of the box that a descent from the lowest start gains [1].
+        """
         target, box = self.line.target(share), self.line.box
+        excess = partial(self.line.excess, share=share)
+        starts = sorted(starts, key=excess)
         for start in starts:
-            point = self.landscape.reach(start, target, box, goal=FINE, steps=40)
-            excess = self.line.excess(point, share)
-            if excess < self.reached.get(share, np.inf) - 1e-9:
-                self.points[share], self.reached[share] = point, excess
+            if share in self.points and _distance(start, self.points[share]) < APART:
+                continue
+            point = self.landscape.reach(start.place, target, box, goal=FINE, steps=40)
+            if excess(point) < self.reached.get(share, np.inf) - 1e-9:
+                self.points[share], self.reached[share] = point, excess(point)
+        return excess(starts[0]) - self.reached[share]
 
     def _loss(self, left: float, right: float) -> float:
         """Hypervolume that the staircase between two neighbours may lose, share of the box [1]."""
@@ -633,35 +684,47 @@ class _Net:
             if right - left < 5e-4:
                 continue
             middle = 0.5 * (left + right)
-            self.solve(middle, self._starts(left, right, middle))
+            on_one_branch = self._on_one_branch(left, right)
+            gain = self.solve(middle, self._starts(left, right, middle))
             left_over -= 1
+            if on_one_branch and gain < STRAIGHT:
+                continue
             for part in ((left, middle), (middle, right)):
                 heapq.heappush(heap, (-self._loss(*part), *part))
                 total += self._loss(*part)
 
-    def _starts(self, left: float, right: float, middle: float) -> list[RealArray]:
+    def _on_one_branch(self, left: float, right: float) -> bool:
+        return _distance(self.points[left], self.points[right]) < SAME
+
+    def _starts(self, left: float, right: float, middle: float) -> list[_Point]:
         """Return where the descents to a new target begin: between, or on both branches."""
         first, second = self.points[left], self.points[right]
-        if _distance(first, second) < SAME:
-            starts = [0.5 * (first.place + second.place)]
-        else:
-            starts = [first.place, second.place]
         values = np.array(self.landscape.values)
         excess = np.max((values - self.line.target(middle)) / self.line.box, axis=1)
         excess += BEYOND * np.maximum(self.landscape.beyond, 0.0)
-        nearest = self.landscape.places[int(excess.argmin())]
-        if min(np.linalg.norm(nearest - start) for start in starts) > 0.5 * APART:
-            starts.append(nearest)
-        return starts
+        lowest = int(excess.argmin())
+        nearest = self.landscape.evaluated(lowest)
+        if not self._on_one_branch(left, right):
+            return [first, second, nearest]
+        between = self.landscape.point(0.5 * (first.place + second.place))
+        is_lower = excess[lowest] < self.line.excess(between, middle)
+        return [between, nearest] if is_lower else [between]
 
-    def fill(self) -> None:
-        """Evaluate designs on the straight line between neighbours of one branch."""
-        shares = sorted(self.points)
-        for left, right in pairwise(shares):
-            first, second = self.points[left], self.points[right]
-            if _distance(first, second) < SAME:
-                for part in (np.arange(FILL) + 1.0) / (FILL + 1.0):
-                    self.landscape.point(first.place + part * (second.place - first.place))
+    def lines(self) -> list[RealArray]:
+        """Return scaled designs on the lines between neighbours of one branch, each (n, k).
+
+        Where the staircase loses more there are more of them: for a given number together they
+        lose least if each part has the same loss, which falls with the square of its length.
+        """
+        pairs = [pair for pair in pairwise(sorted(self.points)) if self._on_one_branch(*pair)]
+        lengths = np.sqrt([self._loss(*pair) for pair in pairs])
+        counts = np.ceil(LINES * lengths / max(lengths.sum(), 1e-300)).astype(int)
+        between = []
+        for (left, right), count in zip(pairs, counts, strict=True):
+            first, second = self.points[left].place, self.points[right].place
+            parts = (np.arange(count) + 1.0) / (count + 1.0)
+            between.append(first + parts[:, np.newaxis] * (second - first))
+        return between
 
 
 def _distance(first: _Point, second: _Point) -> float:

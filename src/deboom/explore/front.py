@@ -15,7 +15,7 @@ import numpy.typing as npt
 import pandas as pd
 from scipy import stats
 
-from deboom.arrays import BoolArray, RealArray, checked
+from deboom.arrays import BoolArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.explore.robust import Robust, RobustValues, chosen, joined
 from deboom.explore.scatter import sobol_sample
@@ -184,6 +184,8 @@ def thinned(front: RobustValues, n: int) -> RobustValues:
     """Return at most `n` rows of a front, of which those are left out that add least to it.
 
     The row whose hypervolume is smallest goes, again and again; the best of each objective stays.
+    Of two objectives, each row that is left then gives way to the one between its neighbours that
+    adds most.
     """
     if len(front) <= n:
         return front
@@ -197,7 +199,31 @@ def thinned(front: RobustValues, n: int) -> RobustValues:
         # of three objectives and more the next few go at once: each step costs many volumes
         leave = 1 if box.size == 2 else 1 + (len(rows) - n) // 16
         rows = np.delete(rows, np.argsort(adds, kind="stable")[:leave])
+    if box.size == 2:
+        rows = _settled(scaled, rows)
     return chosen(front, np.sort(rows))
+
+
+def _settled(points: RealArray, rows: IntArray) -> IntArray:
+    """Return rows of points (n, 2), by the first objective, each where it adds most.
+
+    Between its neighbours, that is, until none moves; the first and the last stay.
+    """
+    order = np.lexsort(points.T[::-1])
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    kept, by_first = place[rows], points[order]
+    moved = True
+    while moved:
+        moved = False
+        for number in range(1, len(kept) - 1):
+            low, high = kept[number - 1], kept[number + 1]
+            between = by_first[low + 1 : high]
+            adds = (by_first[high, 0] - between[:, 0]) * (by_first[low, 1] - between[:, 1])
+            best = low + 1 + int(adds.argmax())
+            moved |= bool(adds[best - low - 1] > adds[kept[number] - low - 1])
+            kept[number] = best
+    return order[kept]
 
 
 def _added(points: RealArray) -> RealArray:

@@ -780,16 +780,14 @@ def _with_descents(
 ) -> SearchResult:
     """Return a search whose front has converged by descents, which join its archive."""
     begun = time.perf_counter()
-    evaluated = robust if limits is None else limits.around(robust)
-    limited = evaluated.limits is not None
-    designs = converged_front(
+    limited = limits is not None or robust.limits is not None
+    values = converged_front(
         robust,
         seed=seed,
         limits=limits,
         begin=np.asarray(result.front.designs) if limited else None,
         progress=progress,
     )
-    values = evaluated(designs)
     return replace(
         result,
         front=pareto_front(result.front, values),

@@ -294,7 +294,7 @@ class Front(Tabled):
     @cached_property
     def picks(self) -> ByPick[int]:
         """Rows by name of the pick, chosen on verified values; see `deboom.explore.selection`."""
-        if self.robust.n_objectives == 2:
+        if self.robust.trades_level_for_sigma:
             kept = None if self.rise is None else self.rise(self.values.designs) <= RISEN
             return pick(self.values, self.baseline, kept)
         names = [objective.name for objective in self.robust.objectives]
@@ -456,9 +456,9 @@ class Front(Tabled):
         from deboom import plot  # a notebook asks a front for its picture
         from deboom.plot.style import FULL_WIDTH
 
-        if self.robust.n_objectives != 2:
+        if not self.robust.trades_level_for_sigma:
             if beside:
-                raise InputError("fronts of two objectives are drawn beside each other, no others")
+                raise InputError("fronts of level and sigma are drawn beside each other, no others")
             rows = np.flatnonzero(self.nondominated)
             places = {row: place for place, row in enumerate(rows.tolist())}
             kept = {name: places[row] for name, row in self.picks.items() if row in places}

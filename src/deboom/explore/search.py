@@ -809,8 +809,8 @@ def _smooth(robust: Robust) -> bool:
 
 
 def _picked(robust: Robust, evaluated: RobustValues, *, polish: bool) -> RobustValues:
-    """Return the picks of evaluated designs, perhaps improved; none without two objectives."""
-    if evaluated.objectives.shape[1] != 2:
+    """Return the picks of evaluated designs, perhaps improved; none of objectives of one's own."""
+    if not robust.trades_level_for_sigma:
         return chosen(evaluated, [])
     today = robust(robust.space.nominal[np.newaxis])
     if polish:

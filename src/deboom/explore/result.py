@@ -124,6 +124,8 @@ RISEN = 0.01
 """Rise up to which nothing counts as louder: that of rounding and of lines beside a peak [dB]."""
 POINT, PICK, NONDOMINATED = "point", "pick", "non-dominated when verified"
 """Columns of a front's table without a unit; others are those of `FrontColumns`."""
+IN_SEARCH = " in search ["
+"""Between the name of an objective and its unit, in a column of what its search saw."""
 
 
 @dataclass(frozen=True)
@@ -152,6 +154,9 @@ class FrontColumns:
             mine = cls.of_table(names).names
         except InputError:
             mine = frozenset()
+        # objectives stand there twice, as verified and as searched
+        searched = {name for name in names if IN_SEARCH in name}
+        mine |= searched | {name.replace(IN_SEARCH, " [") for name in searched}
         return tuple(name for name in names if name.endswith("]") and name not in mine)
 
     @property
@@ -386,7 +391,7 @@ class Front(Tabled):
         for column, (objective, label) in enumerate(pairs):
             unit = self.robust.unit_of(objective)
             columns[label] = self.values.objectives[:, column]
-            columns[f"{objective.name} in search [{unit}]"] = self.searched.objectives[:, column]
+            columns[f"{objective.name}{IN_SEARCH}{unit}]"] = self.searched.objectives[:, column]
         return columns
 
     def designs(self) -> pd.DataFrame:

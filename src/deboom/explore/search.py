@@ -33,7 +33,7 @@ from deboom.choices import SearchAlgorithm
 from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.explore.descent import converged_front, is_smooth
-from deboom.explore.doe import checked_within, latin_hypercube
+from deboom.explore.doe import checked_within, designs_of, latin_hypercube
 from deboom.explore.front import hypervolume, pareto_front, replicates, thinned, verified
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
 from deboom.explore.result import Front, SearchResult, UnverifiedSearchError, merge
@@ -233,10 +233,14 @@ def nsga2(
                 n_evaluated = sum(len(values) for values in archive.generations)
                 stopped = until.reached(archive.hypervolume, seconds, n_evaluated)
     done = f"{len(archive.hypervolume)} generations"
+    stopped = f"{done}, {stopped}" if stopped else done
+    seconds = time.perf_counter() - begun
+    if checkpoint is not None:
+        checkpoint.save({**facts, "seconds": seconds, "stopped": stopped})
     return archive.result(
         seed,
-        time.perf_counter() - begun,
-        stopped=f"{done}, {stopped}" if stopped else done,
+        seconds,
+        stopped=stopped,
         algorithm=SearchAlgorithm(name).label if name in ALGORITHMS else name,
     )
 
@@ -700,7 +704,7 @@ def search(
             f"{type(robust).__name__} cannot be verified: search a deboom.Robust, and give limits "
             "as limits="
         )
-    begin = _designs_of(first_population)
+    begin = designs_of(first_population)
     if begin is not None and len(begin) < population:
         rest = latin_hypercube(robust.space, population, seed=seed)[len(begin) :]
         begin = np.vstack([begin, rest])
@@ -758,16 +762,6 @@ def search(
         judge=judge,
         note=" ".join(notes),
     )
-
-
-def _designs_of(begin: Any) -> RealArray | None:
-    """Return designs (n, k) to begin with: as they are, of a front, or of the front of a run."""
-    if begin is None:
-        return None
-    if isinstance(begin, Front):
-        return begin.values.designs
-    begin = getattr(begin, "front", begin)
-    return np.atleast_2d(np.asarray(getattr(begin, "designs", begin), dtype=float))
 
 
 def _with_descents(

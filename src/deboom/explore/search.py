@@ -50,6 +50,7 @@ from deboom.explore.scatter import ToleranceSample
 from deboom.explore.selection import improved, pick
 from deboom.explore.space import DesignSpace, checked_seed
 from deboom.explore.workers import workers_for
+from deboom.progress import progress_shown
 
 FAILED_OBJECTIVE = 1e30
 """All objectives of a failed design: finite, because pymoo lets NaN win [response unit]."""
@@ -623,7 +624,7 @@ def search(
     verified_with: int = VERIFIED,
     workers: int = 1,
     scheduler: str | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     checkpoint: Checkpoint | None = None,
 ) -> Front:
     """Search the robust front, let it converge, and verify it with new draws.
@@ -671,8 +672,9 @@ def search(
         Processes that evaluate a generation.
     scheduler : str, optional
         Address of a Dask cluster in their place, such as ``tcp://node7:8786``.
-    progress : callable, optional
-        Called after each generation with its number, their count and a line of text.
+    progress : bool or callable, optional
+        True shows a line in a notebook or terminal: ``generation 8 of 30, best mean −2.7 dB, 12 s
+        left``. A callable gets the number of each generation, their count and a line of text.
     checkpoint : callable, optional
         Returns where the search of a seed is kept, such as a
         `deboom.files.run_folder.CheckpointFolder`.
@@ -713,23 +715,24 @@ def search(
     converges = polish and is_smooth(robust, limits)
     if until is None and converges and free:
         until = Until(evaluations=BEFORE_DESCENTS)
-    result = searched(
-        robust,
-        population=population,
-        generations=generations,
-        seed=seed,
-        searches=searches,
-        limits=limits,
-        first_population=begin,
-        algorithm=algorithm,
-        until=until,
-        workers=workers,
-        scheduler=scheduler,
-        progress=progress,
-        checkpoint=checkpoint,
-    )
-    if converges:
-        result = _with_descents(robust, limits, result, seed=seed, progress=progress)
+    with progress_shown(progress, "search") as told:
+        result = searched(
+            robust,
+            population=population,
+            generations=generations,
+            seed=seed,
+            searches=searches,
+            limits=limits,
+            first_population=begin,
+            algorithm=algorithm,
+            until=until,
+            workers=workers,
+            scheduler=scheduler,
+            progress=told,
+            checkpoint=checkpoint,
+        )
+        if converges:
+            result = _with_descents(robust, limits, result, seed=seed, progress=told)
     rows = result.front
     if shown is not None:
         picked = _picked(robust, result.evaluated, polish=gradients)

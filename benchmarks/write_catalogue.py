@@ -23,8 +23,8 @@ from deboom.files.platform import CATALOGUE_FILE
 from deboom.files.run_folder import hash_files
 from deboom.mounts.characterise import characterise, measuring_chains
 from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.progress import progress_bar
 from deboom.runs.campaigns import without_map
-from deboom.runs.progress import progress_bar
 from write_library import PLATFORM, SEED
 
 MOUNT_SETS = ("M1", "M2", "M3", "M4", "M5")

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from deboom.progress import progress_bar
 from deboom.runs.campaigns import without_map, write_platform_library
-from deboom.runs.progress import progress_bar
 from deboom.vehicles.platform import LIBRARY_FILE
 
 __all__ = ["PLATFORM", "SEED", "without_map", "write_platform_library"]

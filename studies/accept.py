@@ -41,8 +41,8 @@ from deboom.files.acceptance import (
     read_specification,
 )
 from deboom.files.platform import read_platform
+from deboom.progress import progress_bar
 from deboom.report import Report
-from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext
 from deboom.supplier.acceptance import delivery_report, supplier_verdict
 from deboom.supplier.delivery import Demand, judged_delivery, limited_axes

@@ -46,11 +46,11 @@ from deboom.explore.space import DesignSpace, responses
 from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_report, report_runs
 from deboom.plot.style import mount_of, signed
+from deboom.progress import progress_bar
 from deboom.report import Report, Step, Table
 from deboom.runs.made_parts import rows_of
 from deboom.runs.options import Bounds, Seed, Tolerance, at_least
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
-from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext, run_name
 from deboom.vehicles.design_factor import factor_space
 from deboom.vehicles.limits import MeanLevel, ScatteredLevel

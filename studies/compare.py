@@ -30,9 +30,9 @@ from deboom.pages.comparison import (
     judged,
     sentences,
 )
+from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.runs.options import StudiesFolder
-from deboom.runs.progress import progress_bar
 from deboom.runs.rebuilt import (
     check_same_platform,
     check_same_question,

@@ -53,9 +53,9 @@ from deboom.physics.force_inversion import CROSS_VALIDATED, PLAIN, Choice, Inver
 from deboom.physics.sound_level import REFERENCE_PRESSURE
 from deboom.plot import CurvePanel
 from deboom.plot.style import signed
+from deboom.progress import counted, progress_bar
 from deboom.report import Report
 from deboom.runs.options import Level, Seed
-from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
 STEPS = 4

@@ -39,9 +39,9 @@ from deboom.pages.compressor_identification import (
     read_test,
 )
 from deboom.pages.identification import identification_report
+from deboom.progress import counted, progress_bar
 from deboom.report import Report
 from deboom.runs.options import IdenticalMounts, Level, Seed
-from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
 

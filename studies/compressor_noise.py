@@ -59,9 +59,9 @@ from deboom.pages.compressor_noise import (
 )
 from deboom.plot import CurvePanel
 from deboom.plot.style import signed
+from deboom.progress import counted, progress_bar
 from deboom.report import Report
 from deboom.runs.options import BAND, Level, Seed, at_least, band_of
-from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
 SOFT, STANDARD = HoseState.SOFT, HoseState.STANDARD

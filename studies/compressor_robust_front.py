@@ -58,6 +58,7 @@ from deboom.pages.front_answer import (
 )
 from deboom.pages.sensitivity import index_table
 from deboom.plot.style import mount_colours, mount_of, signed, vehicle_colours
+from deboom.progress import counted, progress_bar
 from deboom.report import Report, Step, Table
 from deboom.runs.compressor_fleet import (
     MountedFleet,
@@ -69,7 +70,6 @@ from deboom.runs.compressor_fleet import (
     virtual_fleet,
 )
 from deboom.runs.options import BAND, Bounds, Level, Seed, at_least, band_of
-from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import (
     PeakRiseOption,

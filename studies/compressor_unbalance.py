@@ -33,9 +33,9 @@ from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.files.limits import read_component_limits
 from deboom.pages.compressor_unbalance import STEPS, UnbalancePlan, measured_unbalance
 from deboom.pages.unbalance import unbalance_report
+from deboom.progress import counted, progress_bar
 from deboom.report import Report
 from deboom.runs.options import ComponentLimitsFile, Level, Seed
-from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
 

@@ -52,9 +52,9 @@ from deboom.pages.compressor_identification import (
 )
 from deboom.pages.identification import MODEL, identification_report, inertance_figure
 from deboom.physics.rigid_body import mass_matrix
+from deboom.progress import counted, progress_bar
 from deboom.report import Report
 from deboom.runs.options import BAND, IdenticalMounts, WithTruth, band_of
-from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
 QUESTION = "Which compressor, or which free body, explains this hammer test?"

@@ -56,11 +56,11 @@ from deboom.pages.front import drawn_rows, left_out
 from deboom.pages.motion import motion_report, report_runs
 from deboom.plot import IntervalPanel
 from deboom.plot.style import signed
+from deboom.progress import progress_bar
 from deboom.report import Report, Step, Table
 from deboom.runs.made_parts import ScatterOptions
 from deboom.runs.options import FrontRun, Seed
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
-from deboom.runs.progress import progress_bar
 from deboom.runs.rebuilt import compared_run
 from deboom.runs.result import RunContext
 from deboom.runs.search import SearchOptions

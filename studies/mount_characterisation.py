@@ -56,9 +56,9 @@ from deboom.pages.mount_characterisation import (
 )
 from deboom.pages.mount_figures import append_maps, append_runs, append_sensors, transfer_panels
 from deboom.plot import CurvePanel
+from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.runs.options import CubicPieces, MountSet, Seed, SelfCalibration
-from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext
 
 SHOWN_POINTS = 2000

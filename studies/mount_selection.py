@@ -44,6 +44,7 @@ from deboom.pages.front import report_front
 from deboom.pages.front_answer import abbreviations, peaks_sentence, short_title
 from deboom.pages.motion import motion_report, report_runs
 from deboom.plot.style import signed
+from deboom.progress import progress_bar
 from deboom.report import Report, Step, Table
 from deboom.runs.catalogue import (
     Catalogue,
@@ -53,7 +54,6 @@ from deboom.runs.catalogue import (
 )
 from deboom.runs.options import Draws, Seed, Tolerance
 from deboom.runs.platform_options import PlatformOptions
-from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import SearchOptions
 from deboom.vehicles.booming_model import Motion

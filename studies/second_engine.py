@@ -58,9 +58,9 @@ from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_po
 from deboom.mounts.surface_forces import main_axis, smooth_static_force, surface_over_main_force
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot import CurvePanel
+from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.runs.options import CubicPieces, MountSet, Seed, SelfCalibration
-from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext
 from deboom.vehicles.powertrain import library_model
 

@@ -45,11 +45,11 @@ from deboom.pages.front import drawn_rows, left_out
 from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_name, motion_report, report_runs
 from deboom.plot.style import mount_colours
+from deboom.progress import progress_bar
 from deboom.report import Report, Step, Table
 from deboom.runs.made_parts import tolerance_cost
 from deboom.runs.options import Bounds, CostTable, FrontRun, Seed
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
-from deboom.runs.progress import progress_bar
 from deboom.runs.rebuilt import supplier_study
 from deboom.runs.result import RunContext, run_name
 from deboom.vehicles.booming_model import BoomingModel

@@ -38,11 +38,11 @@ from deboom.measurement.uncertainty import LevelSpread
 from deboom.pages.modal import append_modes
 from deboom.plot import CurvePanel
 from deboom.plot.style import INK, VEHICLE_PALETTE, mount_colours
+from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.report.tables import split_label
 from deboom.runs.campaigns import given_vehicles, virtual_vehicles
 from deboom.runs.options import BAND, Seed, at_least
-from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext
 from deboom.vehicles.booming_peaks import TOLERANCE, BoomingPeak, PressureComparison
 from deboom.vehicles.fleet import Band

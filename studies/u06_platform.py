@@ -35,6 +35,7 @@ from deboom.pages.motion import report_runs
 from deboom.pages.platform_front import PlatformFront
 from deboom.pages.robust_front import front_report
 from deboom.pages.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
+from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.runs.options import (
     Sampler,
@@ -45,7 +46,6 @@ from deboom.runs.options import (
     tolerance_sample,
 )
 from deboom.runs.platform_options import MotionOptions, PlatformOptions, in_all_load_cases
-from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import ThoroughSearchOptions
 from deboom.runs.second_process import begun

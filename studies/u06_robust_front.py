@@ -44,11 +44,11 @@ from deboom.pages.motion import report_runs
 from deboom.pages.platform_front import PlatformFront
 from deboom.pages.robust_front import front_report
 from deboom.plot.style import mount_of, signed
+from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.runs.made_parts import MadeParts, ScatterOptions, report_parts
 from deboom.runs.options import Aim, Sampler, Seed, tolerance_sample
 from deboom.runs.platform_options import MotionOptions, PlatformOptions, in_all_load_cases
-from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import (
     PeakRiseOption,

@@ -25,10 +25,10 @@ from typer import Option
 
 from deboom.pages.motion import report_runs
 from deboom.pages.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
+from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.runs.options import Seed, Tolerance, at_least
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
-from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import Runs

@@ -63,9 +63,9 @@ from deboom.files.limits import read_component_limits
 from deboom.measurement.compressor_test import HoseState
 from deboom.pages.compressor_unbalance import STEPS, UnbalancePlan, measured_unbalance
 from deboom.pages.unbalance import unbalance_report
+from deboom.progress import counted, progress_bar
 from deboom.report import Report
 from deboom.runs.options import BAND, ComponentLimitsFile, WithTruth, band_of
-from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
 QUESTION = "Which unbalance turns inside this compressor?"

@@ -23,8 +23,8 @@ import pytest
 from matplotlib.colors import to_hex, to_rgba_array
 from PIL import Image
 
+from deboom import progress
 from deboom.plot import style
-from deboom.runs import progress
 from deboom.runs.runner import run_study
 
 PICTURE = b"\x89PNG\r\n\x1a\n" + bytes(8) + b"\0\0\0\1\0\0\0\1"

@@ -31,11 +31,13 @@ from .files.check import check_platform as check_platform
 from .files.component_test import read_component_test as read_component_test
 from .files.component_test import read_receiver as read_receiver
 from .files.doe_table import read_designs as read_designs
+from .files.doe_table import write_designs as write_designs
 from .files.electric_car import read_electric_car as read_electric_car
 from .files.inertance_test import read_inertance_test as read_inertance_test
 from .files.operating_test import read_operating_test as read_operating_test
 from .files.platform import read_platform as read_platform
 from .files.run_folder import read_run as read_run
+from .files.run_folder import save_run as save_run
 from .files.uff import read_uff as read_uff
 from .measurement.channels import Frf as Frf
 from .measurement.channels import Spectrum as Spectrum

@@ -241,7 +241,9 @@ def checked(each: str = "", /, **axes: str) -> Callable[[type[_T]], type[_T]]:
         if "__repr__" not in cls.__dict__:
             cls.__repr__ = short_repr  # type: ignore[method-assign]
         kinds = [str(kind) for base in cls.__mro__ for kind in get_annotations(base).values()]
-        return dataclass(frozen=True, eq=not any("Array" in kind for kind in kinds))(cls)
+        # a function of arrays is no array
+        arrays = ["Array" in re.sub(r"Callable\[.*\]", "", kind) for kind in kinds]
+        return dataclass(frozen=True, eq=not any(arrays))(cls)
 
     return decorate
 

@@ -67,7 +67,7 @@ class Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         """Carry a command out."""
-        from deboom.runs.progress import errors_as_sentences
+        from deboom.runs.sentences import errors_as_sentences
 
         with errors_as_sentences():
             return super().invoke(ctx)

@@ -134,8 +134,8 @@ def write(
     truth goes to the folder `truth/`, which no study reads.
     """
     from deboom.bench.platform_writer import write_platform
+    from deboom.progress import progress_bar
     from deboom.runs.campaigns import write_platform_library
-    from deboom.runs.progress import progress_bar
     from deboom.vehicles.platform import LIBRARY_FILE
 
     with progress_bar("virtual bench") as progress:
@@ -194,7 +194,7 @@ def campaign(
     )
     from deboom.bench.campaign_writer import write_campaign
     from deboom.bench.powertrain import load_bench
-    from deboom.runs.progress import progress_bar
+    from deboom.progress import progress_bar
 
     sets = tuple(mount_set or FULL_PLAN.mount_sets)
     plan = CampaignPlan(
@@ -228,7 +228,7 @@ def vehicle(
     truth goes to the folder `truth/`, which no study reads.
     """
     from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, VehicleErrors, write_vehicle
-    from deboom.runs.progress import progress_bar
+    from deboom.progress import progress_bar
 
     with progress_bar("virtual vehicle") as progress:
         errors = NO_VEHICLE_ERRORS if noise_free else VehicleErrors()

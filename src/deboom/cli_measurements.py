@@ -231,8 +231,8 @@ def characterise(
 ) -> None:
     """Characterise the mounts of a measurement campaign and keep them in a library."""
     from deboom.mounts.characterise import CharacteriseOptions
+    from deboom.progress import progress_bar
     from deboom.runs.campaigns import characterise_into_library, described, track_untracked
-    from deboom.runs.progress import progress_bar
 
     with progress_bar("characterise") as progress:
         if time_runs:

@@ -1,5 +1,7 @@
 """The command line as a user meets it: help that teaches, one sentence for bad input."""
 
+import io
+import re
 import shutil
 import subprocess
 import sys
@@ -17,10 +19,11 @@ from command_line import call, refused
 from deboom.choices import FolderKind
 from deboom.cli import COMMANDS, app
 from deboom.errors import DataWarning
+from deboom.progress import progress_bar
 from deboom.runs.options import bands_as_declared
 from deboom.runs.overview import command_of
-from deboom.runs.progress import errors_as_sentences, progress_bar
 from deboom.runs.runner import study_command, study_files
+from deboom.runs.sentences import errors_as_sentences
 
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "studies" / "u06_robust_front.py"
@@ -199,6 +202,31 @@ def test_progress_counts_says_how_good_and_how_long(capsys):
         "search: 3 of 4, levels, 0 s left",
         "search: 4 of 4, page",
     ]
+
+
+def test_a_search_tells_its_progress_in_a_log_a_notebook_or_a_callback(monkeypatch, capsys):
+    model = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a",), ("y",), "dB")
+    robust = deboom.Robust(model, model.design_space(), draws=16)
+    budget = {"population": 8, "generations": 8, "verified_with": 16}
+    deboom.search(robust, **budget, progress=True)
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 4
+    left = r"search: generation [2468] of 8, best mean [−+]\d.*? dB(, \d+ s left)?"
+    assert all(re.fullmatch(left, line) for line in lines), lines
+    told = []
+    deboom.search(robust, **budget, progress=lambda *step: told.append(step))
+    assert [(number, total) for number, total, _ in told] == [(n, 8) for n in range(1, 9)]
+
+    class Cell(io.StringIO):
+        """The output of a cell in a notebook."""
+
+    Cell.__module__ = "ipykernel.iostream"
+    monkeypatch.setattr(sys, "stderr", Cell())
+    deboom.search(robust, **budget, progress=True)
+    line = sys.stderr.getvalue()
+    # one line, written anew
+    assert (line.count("\n"), "\rsearch: generation 1 of 8" in line) == (1, True)
+    assert "generation 8 of 8" in line
 
 
 @pytest.mark.parametrize(

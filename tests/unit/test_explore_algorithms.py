@@ -259,6 +259,58 @@ def test_limits_of_numbers_are_kept_by_the_whole_front():
         replace(ROBUST, objectives=(MEAN_SUM, Objective("mean", response="y9")))
 
 
+def test_objectives_that_say_the_same_are_the_same():
+    """A user's mean and sigma are those of the default, with its picks, columns and gradients."""
+    default = deboom.search(ROBUST, **BUDGET, verified_with=64)
+    stated = replace(ROBUST, objectives=[deboom.Objective("mean"), deboom.Objective("sigma")])
+    front = deboom.search(stated, **BUDGET, verified_with=64)
+    assert front.note == default.note == "Its picks then went on by gradient."
+    assert front.table.equals(default.table)
+    assert Objective("mean") != Objective("mean", worst=True)
+    with pytest.raises(InputError, match="two objectives are named 'mean, <lambda>'"):
+        replace(ROBUST, objectives=[Objective("mean", response=lambda y: y[:, 0])] * 2)
+
+
+def test_two_objectives_of_a_user_are_no_mean_and_sigma():
+    objectives = (Objective("mean", response="y1"), Objective("mean", response="y2"))
+    front = deboom.search(replace(ROBUST, objectives=objectives), **BUDGET, verified_with=64)
+    assert list(front.picks)[:2] == ["best-mean, y1", "best-mean, y2"]
+    best = front.pick_designs["best-mean, y2"]
+    mean = front.judge(front.values.designs).mean[:, 1]
+    np.testing.assert_array_equal(best, front.values.designs[mean.argmin()])
+    labels = {axes.get_xlabel() for axes in front.picture().axes}
+    assert {"mean, y1 [1]", "mean, y2 [1]"} <= labels | {
+        axes.get_ylabel() for axes in front.picture().axes
+    }
+
+
+@pytest.mark.parametrize("n", [4, 5])
+def test_a_front_of_up_to_five_objectives_has_table_picks_and_pictures(n):
+    objectives = (
+        MEAN_SUM,
+        SIGMA_SUM,
+        Objective("quantile", share=0.9, response="y2"),
+        Objective("share above", above=0.1, worst=True),
+        Objective("mean", response=lambda y: y.max(axis=1), label="peak", unit="dB(A)"),
+    )[:n]
+    robust = replace(ROBUST, objectives=objectives)
+    front = deboom.search(robust, **BUDGET, algorithm="nsga3", verified_with=64)
+    table, values = front.table, front.values.objectives
+    assert values.shape[1] == n
+    for column, label in enumerate(robust.objective_labels):
+        np.testing.assert_array_equal(table[label], values[:, column])
+        row = front.picks[f"best-{objectives[column].name}"]
+        assert values[row, column] == values[:, column].min()
+    assert robust.objective_labels[3] == "share above 0.1, worst response [1]"
+    assert len(front.picture().axes) >= n * (n - 1) // 2
+    assert len(front.parallel_picture().get_xticklabels()) == n
+    shown = front._repr_html_()
+    assert all(f"<th>{label}</th>" in shown for label in robust.objective_labels)
+    six = [Objective("quantile", share=share) for share in (0.4, 0.5, 0.6, 0.7, 0.8, 0.9)]
+    with pytest.raises(InputError, match="take at most 5, and limits for the others"):
+        replace(ROBUST, objectives=six)
+
+
 def test_a_front_of_three_objectives_has_table_picks_and_picture():
     objectives = (MEAN_SUM, SIGMA_SUM, Objective("quantile", share=0.9, response="y2"))
     front = deboom.search(replace(ROBUST, objectives=objectives), **BUDGET, verified_with=64)

@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 import deboom
 from deboom.errors import InputError
@@ -190,6 +191,23 @@ def test_distributions_by_input_and_the_sum_of_responses():
     both, alone = effects["mu* [1]"]
     assert (0.2 < both < 0.6, round(alone, 6)) == (True, 0.4)
     assert effects["sigma [1]"].isna().tolist() == [True, False]
+
+
+def test_effects_of_a_distribution_without_ends_are_those_within_three_sigma():
+    """Levels 0, 1/3, 2/3 and 1: a step of two of them over σ (Φ⁻¹(2/3) + 3) and 2/3."""
+    two = ResponseFunction(lambda x: np.c_[x, 3.0 * x], ("a", "b"), ("a", "b", "c", "d"), "dB")
+    inputs = {"a": ("norm", 1.0, 0.05), "b": ("lognorm", 0.0, 0.1)}
+    effects = deboom.morris(two, two.design_space(), inputs=inputs)
+    assert effects.problem["names"] == ["a", "b"]
+    assert effects.problem["bounds"] == [[1.0, 0.05], [0.0, 0.1]]
+    reach, inner = 3.0, norm.ppf(2.0 / 3.0)
+    table = effects.table.set_index(["variable", "response"])["mu* [dB]"]
+    step = 0.05 * (reach + inner) / (2.0 / 3.0)
+    assert table["a"].to_dict() == pytest.approx(
+        {"a": step, "b": 0.0, "c": 3.0 * step, "d": 0.0, sensitivity.SUM: 4.0 * step}, abs=1e-12
+    )
+    ends = np.exp(0.1 * np.array([[inner, -reach], [reach, -inner]])) @ [1.0, -1.0] / (2.0 / 3.0)
+    assert ends.min() < table["b", "b"] < ends.max()
 
 
 @pytest.mark.parametrize(

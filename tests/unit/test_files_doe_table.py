@@ -140,6 +140,67 @@ def test_designs_evaluated_elsewhere_correlate_and_have_a_front(tmp_path, suffix
         experiment.front(["x"])
 
 
+@pytest.mark.parametrize("separator", ["\t", ";", ","])
+def test_a_table_of_modefrontier_is_an_experiment(tmp_path, separator):
+    """Its designs table: an ID, marks, a category and the generation beside the variables."""
+    lines = [
+        ("ID", "M", "CATEGORY", "RID", "k_front", "k_rear", "level", "GENERATION"),
+        *((n, "", "NSGA2_0", n, 200 + 5 * n, 300 - n, 60.5 - n, n // 4) for n in range(12)),
+        (12, "x", "ERROR", 12, 270, 280, "", 3),
+    ]
+    path = tmp_path / "designs.csv"
+    path.write_text("\n".join(separator.join(map(str, line)) for line in lines) + "\n")
+    experiment = deboom.read_designs(path, ["level"])
+    assert experiment.doe.space.names == ("k_front", "k_rear")
+    assert experiment.doe.failures[-1] == "not computed"
+    assert experiment.front()["level [1]"].tolist() == [49.5]
+    correlated = deboom.correlation(experiment, inputs=True, resamples=100).matrix
+    assert correlated.loc["k_front", "level"] == pytest.approx(-1.0)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "xlsx"])
+def test_designs_go_out_to_be_filled_in_and_come_back(tmp_path, suffix):
+    path = tmp_path / f"designs.{suffix}"
+    headers = [f"{name} [dB(A)]" for name in MODEL.response_names]
+    table = deboom.write_designs(path, SPACE, headers, n=16, seed=2)
+    assert table[headers].isna().all(axis=None)
+    with pytest.raises(InputError, match="no design has all of its responses: fill them in"):
+        deboom.read_designs(path, MODEL.response_names)
+    designs = table[list(SPACE.labels)].to_numpy()
+    table[headers] = MODEL(designs)
+    table.to_csv(path, index=False) if suffix == "csv" else table.to_excel(path, index=False)
+    here = deboom.doe(MODEL, SPACE, n=16, seed=2)
+    back = deboom.read_designs(path, MODEL.response_names)
+    # a workbook keeps 16 digits
+    np.testing.assert_allclose(back.doe.designs, here.doe.designs, rtol=1e-15)
+    np.testing.assert_allclose(back.doe.responses, here.doe.responses)
+    assert back.doe.n_failed == here.doe.n_failed > 0
+    robust = deboom.Robust(MODEL, SPACE, draws=4)
+    # designs of an experiment begin a search, and those of a front go out
+    budget = {"population": 8, "generations": 2, "verified_with": 16, "polish": False}
+    front = deboom.search(robust, **budget, first_population=back)
+    np.testing.assert_array_equal(front.search.evaluated.designs[:16], back.doe.designs)
+    given = deboom.write_designs(path, SPACE, headers, designs=front)
+    np.testing.assert_array_equal(given[list(SPACE.labels)], front.values.designs)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"path": "designs.txt"}, "written as .csv or .xlsx"),
+        ({"path": "nowhere/designs.csv"}, "nowhere"),
+        ({"responses": []}, "name at least one response"),
+        ({"responses": ["TSM x [dB]"]}, "two columns are named 'TSM x'"),
+        ({"designs": [[1.0, 1.3]]}, "outside its bounds 0.85 to 1.15"),
+    ],
+)
+def test_designs_that_cannot_go_out_are_refused(tmp_path, changes, words):
+    arguments = {"path": "designs.csv", "responses": ["y [dB]"], **changes}
+    with pytest.raises(InputError, match=words):
+        deboom.write_designs(tmp_path / arguments.pop("path"), SPACE, **arguments)
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize(
     ("changes", "responses", "words"),
     [

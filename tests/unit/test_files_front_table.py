@@ -8,6 +8,7 @@ import deboom
 from deboom.errors import InputError
 from deboom.explore.result import FrontColumns
 from deboom.files.front_table import FrontTable
+from deboom.tabled import csv_text
 
 MODEL = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a", "b"), ("y", "z"), "dB")
 
@@ -18,8 +19,14 @@ def front():
     return deboom.search(robust, population=8, generations=3, verified_with=16)
 
 
+def saved(front, folder):
+    """Write the files of a front into a folder."""
+    for name, table in FrontTable.of(front).frames().items():
+        (folder / f"{name}.csv").write_text(csv_text(table), encoding="utf-8")
+
+
 def test_a_front_comes_back_as_it_was(front, tmp_path):
-    FrontTable.of(front).write(tmp_path)
+    saved(front, tmp_path)
     table = FrontTable.read(tmp_path)
     assert table.variables == ("a [1]", "b [1]")
     np.testing.assert_array_equal(table.designs, front.values.designs)
@@ -27,6 +34,19 @@ def test_a_front_comes_back_as_it_was(front, tmp_path):
     np.testing.assert_array_equal(table.objectives, sums)
     assert dict(table.picks) == dict(front.picks)
     np.testing.assert_array_equal(table.convergence, front.search.hypervolume)
+    pd.testing.assert_frame_equal(table.table, FrontTable.of(front).table)
+
+
+def test_objectives_of_a_user_are_no_variables(tmp_path):
+    aims = [deboom.Objective("mean", response=name) for name in ("y", "z")]
+    aims.append(deboom.Objective("share above", above=0.01))
+    robust = deboom.Robust(MODEL, MODEL.design_space(), objectives=aims, draws=16)
+    front = deboom.search(robust, population=8, generations=3, verified_with=16)
+    saved(front, tmp_path)
+    table = FrontTable.read(tmp_path)
+    assert table.variables == ("a [1]", "b [1]")
+    assert dict(table.picks) == dict(front.picks)
+    assert "best-share above 0.01, sum" in table.picks
     pd.testing.assert_frame_equal(table.table, FrontTable.of(front).table)
 
 
@@ -53,7 +73,7 @@ def test_every_column_of_a_front_has_one_of_the_names(front):
     ],
 )
 def test_damage_is_refused(front, tmp_path, spoil, message):
-    FrontTable.of(front).write(tmp_path)
+    saved(front, tmp_path)
     spoil(tmp_path)
     with pytest.raises(InputError, match=message):
         FrontTable.read(tmp_path)

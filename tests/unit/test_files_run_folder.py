@@ -6,8 +6,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
+import deboom
 from deboom.errors import InputError
 from deboom.files import run_folder
 from deboom.files.run_folder import environment_record, finish_run, hash_files, start_run
@@ -222,6 +224,76 @@ def test_a_run_goes_by_its_name_in_the_results_here(tmp_path, monkeypatch):
         run_folder.read_run(Path(folder.name))
     with pytest.raises(InputError, match="is no run folder"):
         run_folder.read_run(Path("2020-01-01_000000_seed1"))
+
+
+TWO = deboom.ResponseFunction(lambda x: np.c_[x**2, x], ("a",), ("y", "z"), "dB")
+
+
+def test_what_a_notebook_computed_is_saved_as_a_run_and_read_back(tmp_path):
+    space, out = TWO.design_space(), tmp_path / "results"
+    robust = deboom.Robust(TWO, space, draws=16)
+    budget = {"population": 8, "generations": 3, "verified_with": 16}
+    front = deboom.search(robust, **budget, seed=3)
+    run = deboom.save_run(front, out)
+    again = deboom.read_run(run.folder)
+    assert (again.study, again.name[-6:], again.finished) == ("notebook", "_seed3", True)
+    np.testing.assert_array_equal(again.front.designs, front.values.designs)
+    assert dict(again.front.picks) == dict(front.picks)
+    # the variables stand beside the objectives
+    np.testing.assert_array_equal(again.table("front")["a [1]"], front.values.designs[:, 0])
+    assert again.record["facts"]["search"].startswith("NSGA-II, 3 generations, ")
+    more = deboom.search(robust, **budget, first_population=again, polish=False)
+    n = len(front.values)
+    np.testing.assert_array_equal(more.search.evaluated.designs[:n], front.values.designs)
+    (out / "notebook" / run.name / "front.csv").write_text("edited")
+    with pytest.raises(InputError, match="has been edited"):
+        _ = again.front
+
+
+def test_experiments_and_sensitivities_are_saved_and_read_back(tmp_path):
+    def fails(designs):
+        return np.where(designs > 1.1, np.nan, np.c_[designs**2, designs])
+
+    model = deboom.ResponseFunction(fails, ("a",), ("y", "z"), "1", n_lines=3)
+    experiment = deboom.doe(model, model.design_space(), n=16)
+    run = deboom.save_run(experiment, tmp_path, study="mine", seed=2)
+    assert run.folder.parent == tmp_path / "mine"
+    again = deboom.read_run(run.folder).doe
+    assert 0 < again.doe.n_failed < 16
+    pd.testing.assert_frame_equal(again.table, experiment.table)
+    assert deboom.correlation(again, resamples=100).pearson[0, 1] > 0.99
+    assert len(again.front(["y"])) == 1
+    indices = deboom.sobol(TWO, TWO.design_space(), n=16)
+    kept = deboom.read_run(deboom.save_run(indices, tmp_path).folder)
+    pd.testing.assert_frame_equal(kept.sobol, indices.table)
+    effects = deboom.morris(TWO, TWO.design_space(), trajectories=4)
+    assert deboom.save_run(effects, tmp_path).tables == ("morris",)
+    with pytest.raises(InputError, match="no table 'sobol': it has doe"):
+        _ = run.sobol
+    with pytest.raises(InputError, match="which is no front study"):
+        _ = run.front
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(InputError, match="DataFrame cannot be saved as a run"):
+        deboom.save_run(indices.table, tmp_path)
+    with pytest.raises(InputError, match="use letters, digits"):
+        deboom.save_run(indices, tmp_path, study="../mine")
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_responses_of_a_study_are_its_last_columns_of_one_unit(tmp_path):
+    experiment = deboom.doe(TWO, TWO.design_space(), n=16)
+    run = deboom.save_run(experiment, tmp_path)
+    for name in ("responses", "n_lines"):
+        del run.record[name]
+    again = run.doe
+    assert again.doe.response_names == ("y", "z")
+    # how many lines a sum has is not kept, and so there is no mean over them
+    assert list(again.table.columns[-2:]) == ["failure", "sum [dB]"]
+    plain = deboom.ResponseFunction(TWO.function, ("a",), ("y", "z"), "1")
+    run = deboom.save_run(deboom.doe(plain, plain.design_space(), n=16), tmp_path)
+    del run.record["responses"]
+    with pytest.raises(InputError, match=r"same unit: say which .* deboom.read_designs"):
+        _ = run.doe
 
 
 def test_latest_is_the_run_of_a_study_that_began_last_and_has_finished(tmp_path, monkeypatch):

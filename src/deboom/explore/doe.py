@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -36,7 +37,8 @@ _CODES: dict[type[Exception], str] = {
     **dict.fromkeys((ArithmeticError, *ArithmeticError.__subclasses__()), "arithmetic"),
     np.linalg.LinAlgError: "singular",
 }
-_RESERVED = ("doe", "design", "plan", "failure")
+RESERVED = ("doe", "design", "plan", "failure")
+"""Columns of a DOE's table that are neither variable nor response."""
 
 
 def sobol_designs(space: DesignSpace, n_designs: int, *, seed: int) -> RealArray:
@@ -221,6 +223,17 @@ def run_doe(
     )
 
 
+def designs_of(given: Any) -> RealArray | None:
+    """Return designs (n, k) as they are, or of a front, an experiment or a run; None for None."""
+    if given is None:
+        return None
+    if isinstance(given, Experiment):
+        return given.doe.designs
+    given = getattr(given, "front", given)
+    given = getattr(given, "values", given)  # designs of a front as it was verified
+    return np.atleast_2d(np.asarray(getattr(given, "designs", given), dtype=float))
+
+
 def checked_within(space: DesignSpace, designs: RealArray) -> RealArray:
     """Return designs (n, k) within the bounds, or refuse them by design and variable."""
     array = space.checked(designs)
@@ -268,7 +281,7 @@ def doe_frame(doe: Doe) -> pd.DataFrame:
     - raises InputError: a response with the name of a variable or of one of the table's own
       columns.
     """
-    taken = [*_RESERVED, *doe.space.names]
+    taken = [*RESERVED, *doe.space.names]
     for name in doe.response_names:
         if name in taken:
             raise InputError(f"response '{name}' has the name of another column: rename it")
@@ -295,12 +308,12 @@ class Experiment(Tabled):
     ----------
     doe : Doe
         Designs, responses, failures.
-    n_lines : int
-        Lines that each response is the sum of.
+    n_lines : int or None
+        Lines that each response is the sum of; None where that is not kept.
     """
 
     doe: Doe
-    n_lines: int = 1
+    n_lines: int | None = 1
 
     @property
     def table(self) -> pd.DataFrame:
@@ -308,8 +321,10 @@ class Experiment(Tabled):
         unit, names = self.doe.response_unit, self.doe.response_names
         table = doe_frame(self.doe)
         total = table[[f"{name} [{unit}]" for name in names]].sum(axis=1, skipna=False)
-        mean = total / (len(names) * self.n_lines)
-        return table.assign(**{f"sum [{unit}]": total, f"mean per line [{unit}]": mean})
+        table = table.assign(**{f"sum [{unit}]": total})
+        if self.n_lines is None:
+            return table
+        return table.assign(**{f"mean per line [{unit}]": total / (len(names) * self.n_lines)})
 
     def front(self, minimised: Sequence[str] | None = None) -> pd.DataFrame:
         """Return the rows of the table that no other design beats.

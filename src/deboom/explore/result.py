@@ -124,6 +124,8 @@ RISEN = 0.01
 """Rise up to which nothing counts as louder: that of rounding and of lines beside a peak [dB]."""
 POINT, PICK, NONDOMINATED = "point", "pick", "non-dominated when verified"
 """Columns of a front's table without a unit; others are those of `FrontColumns`."""
+IN_SEARCH = " in search ["
+"""Between the name of an objective and its unit, in a column of what its search saw."""
 
 
 @dataclass(frozen=True)
@@ -152,6 +154,9 @@ class FrontColumns:
             mine = cls.of_table(names).names
         except InputError:
             mine = frozenset()
+        # objectives stand there twice, as verified and as searched
+        searched = {name for name in names if IN_SEARCH in name}
+        mine |= searched | {name.replace(IN_SEARCH, " [") for name in searched}
         return tuple(name for name in names if name.endswith("]") and name not in mine)
 
     @property
@@ -294,7 +299,7 @@ class Front(Tabled):
     @cached_property
     def picks(self) -> ByPick[int]:
         """Rows by name of the pick, chosen on verified values; see `deboom.explore.selection`."""
-        if self.robust.n_objectives == 2:
+        if self.robust.trades_level_for_sigma:
             kept = None if self.rise is None else self.rise(self.values.designs) <= RISEN
             return pick(self.values, self.baseline, kept)
         names = [objective.name for objective in self.robust.objectives]
@@ -386,7 +391,7 @@ class Front(Tabled):
         for column, (objective, label) in enumerate(pairs):
             unit = self.robust.unit_of(objective)
             columns[label] = self.values.objectives[:, column]
-            columns[f"{objective.name} in search [{unit}]"] = self.searched.objectives[:, column]
+            columns[f"{objective.name}{IN_SEARCH}{unit}]"] = self.searched.objectives[:, column]
         return columns
 
     def designs(self) -> pd.DataFrame:
@@ -456,9 +461,9 @@ class Front(Tabled):
         from deboom import plot  # a notebook asks a front for its picture
         from deboom.plot.style import FULL_WIDTH
 
-        if self.robust.n_objectives != 2:
+        if not self.robust.trades_level_for_sigma:
             if beside:
-                raise InputError("fronts of two objectives are drawn beside each other, no others")
+                raise InputError("fronts of level and sigma are drawn beside each other, no others")
             rows = np.flatnonzero(self.nondominated)
             places = {row: place for place, row in enumerate(rows.tolist())}
             kept = {name: places[row] for name, row in self.picks.items() if row in places}

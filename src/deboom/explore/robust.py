@@ -274,6 +274,13 @@ class Robust:
                 f"a search for a front of {len(self.objectives)} objectives finds hardly a design "
                 f"that another one beats: take at most {MOST_OBJECTIVES}, and limits for the others"
             )
+        labels = [objective.name for objective in self.objectives]
+        for label in labels:
+            if labels.count(label) > 1:
+                raise InputError(
+                    f"two objectives are named '{label}': give each a label of its own, such as "
+                    "Objective(..., label='peak level')"
+                )
         names = self.space.names
         model = checked_model(self.evaluate)
         check_same_names("the model has the variables", model.variable_names, names)
@@ -365,6 +372,15 @@ class Robust:
     def n_objectives(self) -> int:
         """Number m of objectives."""
         return len(self.objectives)
+
+    @property
+    def trades_level_for_sigma(self) -> bool:
+        """Whether it minimises a level and a sigma of all responses, whose designs are a `Pick`."""
+        if len(self.objectives) != 2 or any(each.response is not None for each in self.objectives):
+            return False
+        level, sigma = (each.statistic for each in self.objectives)
+        is_level = level not in (Statistic.SIGMA, Statistic.SHARE_ABOVE)
+        return is_level and sigma is Statistic.SIGMA
 
     @property
     def n_draws(self) -> int:

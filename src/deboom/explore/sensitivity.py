@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.special import ndtri
+from scipy.special import ndtr, ndtri
 from threadpoolctl import threadpool_limits
 
 from deboom.arrays import BoolArray, RealArray, checked, short_repr
@@ -31,6 +31,7 @@ LEVELS = 4
 """Levels of each variable in the designs of Morris."""
 
 _NO_VARIATION = 64.0 * np.finfo(float).eps  # relative: constant but for rounding
+_ENDLESS = ("norm", "lognorm", "weibull")  # SALib's distributions with an end at infinity
 _FEWEST = 8  # base points; with fewer a resample may have no variance at all
 
 
@@ -392,15 +393,24 @@ def _one_output(rows: RealArray, weights: RealArray, d: int) -> RealArray:
 
 
 def morris_designs(inputs: SensitivityInputs, n_trajectories: int, *, seed: int) -> RealArray:
-    """Return Morris's designs (n_trajectories (d + 1), k): two paths or more, factor by factor."""
+    """Return Morris's designs (n_trajectories (d + 1), k): two paths or more, factor by factor.
+
+    A distribution without ends, such as ``norm``, begins and ends where a normal one has 3 σ.
+    """
     from SALib.sample.morris import morris
+    from SALib.util import scale_samples
 
     if n_trajectories < 2:
         raise InputError(f"{n_trajectories} paths of Morris's method: take at least 2, better 50")
+    problem = salib_problem(inputs)
+    unit = {"bounds": [[0.0, 1.0]] * inputs.n_variables, "dists": ["unif"] * inputs.n_variables}
     with _nothing_global(), _distributions_in_words():
-        designs = morris.sample(
-            salib_problem(inputs), n_trajectories, num_levels=LEVELS, seed=checked_seed(seed)
+        levels = morris.sample(
+            {**problem, **unit}, n_trajectories, num_levels=LEVELS, seed=checked_seed(seed)
         )
+        endless = [inputs.stated.get(name, ("",))[0] in _ENDLESS for name in inputs.names]
+        within = np.clip(levels, ndtr(-TRUNCATION), ndtr(TRUNCATION))
+        designs = scale_samples(np.where(endless, within, levels), problem)
     return np.asarray(designs)
 
 
@@ -771,7 +781,8 @@ def morris(
         for themselves.
     inputs : mapping of str to sequence, optional
         SALib's distribution of a variable with its numbers, such as
-        ``{"TSM x": ("norm", 1.0, 0.05)}``; the others are uniform within their bounds.
+        ``{"TSM x": ("norm", 1.0, 0.05)}``; the others are uniform within their bounds. The steps
+        are those of the cumulative distribution, from −3 σ to 3 σ where it has no ends.
 
     Returns
     -------

@@ -7,16 +7,34 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.doe import SAME, Doe, Experiment
+from deboom.explore.doe import (
+    RESERVED,
+    SAME,
+    Doe,
+    Experiment,
+    checked_within,
+    designs_of,
+    latin_hypercube,
+)
 from deboom.explore.space import DesignSpace
-from deboom.files.disk import read_json
+from deboom.files.disk import read_json, replace_bytes
 from deboom.files.schema import doubled, refuse_all
-from deboom.files.tables import Columns, name_and_unit, number_in, read_columns, read_rows
+from deboom.files.tables import (
+    Columns,
+    name_and_unit,
+    number_in,
+    read_columns,
+    read_rows,
+    workbook_bytes,
+    write_frame,
+)
 from deboom.files.units import Unit, parse_unit
 
 BOOKKEEPING = {
@@ -175,20 +193,11 @@ def read_designs(
     failed = np.asarray(~np.isfinite(values).all(axis=1))
     if failed.all():
         raise InputError(f"{path}: no design has all of its responses: fill them in")
-    k = len(variables)
-    space = DesignSpace(
-        names=tuple(variables),
-        units=tuple(units[name] for name in variables),
-        nominal=designs[0],
-        lower=designs.min(axis=0),
-        upper=designs.max(axis=0),
-        tolerance=np.zeros(k),
-    )
     values[failed] = np.nan
     return Experiment(
         Doe(
             name=path.stem,
-            space=space,
+            space=_space_around(variables, [units[name] for name in variables], designs),
             response_names=tuple(responses),
             response_unit=of_responses.pop(),
             designs=designs,
@@ -196,6 +205,124 @@ def read_designs(
             failures=tuple("not computed" if bad else "" for bad in failed.tolist()),
             plan=path.name,
         )
+    )
+
+
+def _space_around(names: Sequence[str], units: Sequence[str], designs: RealArray) -> DesignSpace:
+    """Return the space that reaches as far as designs (n, k), the first of them nominal."""
+    return DesignSpace(
+        names=tuple(names),
+        units=tuple(units),
+        nominal=designs[0],
+        lower=designs.min(axis=0),
+        upper=designs.max(axis=0),
+        tolerance=np.zeros(len(names)),
+    )
+
+
+def write_designs(
+    path: str | Path,
+    space: DesignSpace,
+    responses: Sequence[str],
+    *,
+    designs: Any = None,
+    n: int = 256,
+    seed: int = 1,
+) -> pd.DataFrame:
+    """Write designs to be evaluated elsewhere, in the form that `read_designs` reads.
+
+    Parameters
+    ----------
+    path : path
+        ``.csv`` or ``.xlsx``; a file that is there is replaced.
+    space : DesignSpace
+        Variables of the designs.
+    responses : sequence of str
+        Headers of the columns to be filled in, with their unit, such as ``van [dB(A)]``.
+    designs : array, shape (n, k), Front or what `read_run` gives, optional
+        Designs [units of the space]; by default a Latin hypercube.
+    n : int
+        Number of designs of the Latin hypercube, at least 2.
+    seed : int
+        Seed of the Latin hypercube, from 1.
+
+    Returns
+    -------
+    DataFrame
+        What the file has: a row per design, its number, variables, and empty responses.
+
+    Raises
+    ------
+    InputError
+        No response, or one with the name of another column; designs outside of the bounds; another
+        ending; a folder that is not there.
+
+    Examples
+    --------
+    >>> import deboom, tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "designs.csv"
+    >>> space = deboom.DesignSpace(("k",), ("N/mm",), [250.0], [200.0], [300.0], [0.15])
+    >>> list(deboom.write_designs(path, space, ["van [dB(A)]"], n=32))
+    ['design', 'k [N/mm]', 'van [dB(A)]']
+    """
+    path = Path(path)
+    rows = designs_of(designs)
+    rows = latin_hypercube(space, n, seed=seed) if rows is None else checked_within(space, rows)
+    if not responses:
+        raise InputError(f"{path}: name at least one response to be filled in")
+    headers = ["design", *space.labels, *responses]
+    names = [name_and_unit(header)[0] for header in headers]
+    refuse_all(f"{path}: {words}" for words in doubled("columns are named", names))
+    table = pd.DataFrame({"design": np.arange(1, len(rows) + 1)})
+    table[list(space.labels)] = rows
+    table[list(responses)] = np.nan
+    match path.suffix.lower():
+        case ".csv":
+            write_frame(path, table)
+        case ".xlsx":
+            replace_bytes(path, workbook_bytes({"designs": table}, path.stem))
+        case _:
+            raise InputError(f"{path}: designs are written as .csv or .xlsx")
+    return table
+
+
+def experiment_of(
+    path: Path,
+    table: pd.DataFrame,
+    responses: Sequence[str] | None = None,
+    n_lines: int | None = None,
+) -> Experiment:
+    """Return the experiment of a table that `deboom.explore.doe.doe_frame` made.
+
+    - `path`: of the table, for the error.
+    - `responses`, optional: their names; by default those of the last columns of one unit.
+    - `n_lines`, optional: lines that each response is the sum of.
+    - raises InputError: responses that cannot be told from variables.
+    """
+    labels = {name_and_unit(name)[0]: name for name in table.columns if name not in RESERVED}
+    units = {name: str(name_and_unit(label)[1]) for name, label in labels.items()}
+    if responses is None:
+        unit = list(units.values())[-1]
+        responses = [name for name in units if units[name] == unit]
+        if len(responses) == len(units):
+            raise InputError(
+                f"{path}: variables and responses have the same unit: say which are responses, "
+                "deboom.read_designs(path, responses)"
+            )
+    names = [name for name in labels if name not in responses]
+    designs = table[[labels[name] for name in names]].to_numpy(float)
+    return Experiment(
+        Doe(
+            name=str(table["doe"].iloc[0]),
+            space=_space_around(names, [units[name] for name in names], designs),
+            response_names=tuple(responses),
+            response_unit=units[responses[0]],
+            designs=designs,
+            responses=table[[labels[name] for name in responses]].to_numpy(float),
+            failures=tuple("" if pd.isna(said) else str(said) for said in table["failure"]),
+            plan=str(table["plan"].iloc[0]),
+        ),
+        n_lines,
     )
 
 

@@ -17,9 +17,8 @@ from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.result import PICK, POINT, Front, FrontColumns
 from deboom.explore.selection import ByPick
-from deboom.files.disk import replace_text
 from deboom.files.tables import read_frame
-from deboom.tabled import Tabled, csv_text
+from deboom.tabled import Tabled
 
 FRONT, CONVERGENCE = "front.csv", "convergence.csv"
 OLD_DESIGNS = "designs.csv"
@@ -93,11 +92,6 @@ class FrontTable(Tabled):
         convergence = {"generation": generation, "hypervolume [dB²]": self.convergence}
         return {"front": self.rows, "convergence": pd.DataFrame(convergence)}
 
-    def write(self, folder: Path) -> None:
-        """Write the files of the front into a folder that is there; older ones are replaced."""
-        for stem, frame in self.frames().items():
-            replace_text(folder / f"{stem}.csv", csv_text(frame))
-
     @classmethod
     def read(cls, folder: Path) -> FrontTable:
         """Read the front of a run folder.
@@ -117,14 +111,16 @@ class FrontTable(Tabled):
                 )
             variables = tuple(designs.columns)
             rows = pd.concat([rows, designs], axis=1)
+            if PICK in rows:
+                spelled = rows[PICK].fillna("").astype(str)
+                rows[PICK] = spelled.str.replace(r"(?<=\w) (?=\w)", "-", regex=True)
         if not variables:
             raise InputError(
                 f"{folder / FRONT} has no design variables, columns such as 'TSM x [1]': run the "
                 "study again"
             )
         if PICK in rows:
-            spelled = rows[PICK].fillna("").astype(str)
-            rows[PICK] = spelled.str.replace(r"(?<=\w) (?=\w)", "-", regex=True)
+            rows[PICK] = rows[PICK].fillna("")
         path = folder / CONVERGENCE
         kept = read_frame(path).iloc[:, -1].to_numpy(float) if path.is_file() else np.empty(0)
         return cls(rows, variables, kept)

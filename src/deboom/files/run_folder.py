@@ -35,15 +35,37 @@ from deboom.errors import InputError
 from deboom.files.disk import opened_file, read_arrays, read_json, replace_bytes, replace_text
 from deboom.files.schema import wrong_entries
 from deboom.names import path_inside
-from deboom.tabled import json_text
+from deboom.tabled import PACKED, csv_text, json_text
 
 if TYPE_CHECKING:
+    import pandas as pd
+
+    from deboom.explore.doe import Experiment
+    from deboom.explore.result import Front
+    from deboom.explore.sensitivity import Sensitivities
     from deboom.files.front_table import FrontTable
 
 LATEST = "latest"
 """Name that stands for the last finished run of a study."""
 UNFINISHED = ".unfinished"
 RECORD = "run.json"
+DOE, SOBOL, MORRIS = "doe", "sobol", "morris"
+"""Tables of a run that are read under a name of their own."""
+PACKAGES = (
+    "deboom",
+    "numpy",
+    "scipy",
+    "pandas",
+    "scikit-learn",
+    "pymoo",
+    "moocore",
+    "pyDOE3",
+    "SALib",
+    "numba",
+    "matplotlib",
+    "seaborn",
+)
+"""Packages whose versions a record names."""
 
 
 @dataclass(frozen=True)
@@ -345,6 +367,46 @@ class RunEntry:
             )
         return front_table.FrontTable.read(self.folder)
 
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the tables that the run keeps, such as ``doe``; none of one that is going on."""
+        hashed = self.record.get("files_sha256") or {}
+        names = (name.removesuffix(PACKED) for name in hashed)
+        return tuple(name.removesuffix(".csv") for name in names if name.endswith(".csv"))
+
+    def table(self, name: str) -> pd.DataFrame:
+        """Return a table of the run, columns ``name [unit]``.
+
+        - raises InputError: a run that is not finished or has no such table; a table that is
+          missing or edited.
+        """
+        from deboom.files.tables import read_frame
+
+        file = f"{name}.csv"
+        check_files(self, (file, file + PACKED))
+        if name not in self.tables:
+            raise InputError(
+                f"run {self.folder} of {self.study} has no table '{name}': it has "
+                f"{', '.join(self.tables) or 'none'}"
+            )
+        return read_frame(self.folder / file)
+
+    @property
+    def doe(self) -> Experiment:
+        """Designs of the run with their responses, for `deboom.correlation` and ``.front()``.
+
+        - raises InputError: as `table`; responses that have the unit of the variables.
+        """
+        from deboom.files.doe_table import experiment_of
+
+        named = self.record.get("responses"), self.record.get("n_lines")
+        return experiment_of(self.folder / f"{DOE}.csv", self.table(DOE), *named)
+
+    @property
+    def sobol(self) -> pd.DataFrame:
+        """Sobol indices of the run, one row per variable and response; see `table`."""
+        return self.table(SOBOL)
+
     def run(self) -> Run:
         """Return the run, to be gone on with.
 
@@ -401,6 +463,8 @@ def read_run(folder: str | Path) -> RunEntry:
     RunEntry
         ``run.record`` is what the run was asked, ``run.front`` its front: ``table``, ``designs``
         (n, k) [units of the variables], ``objectives`` (n, 2) [unit of the responses], ``picks``.
+        ``run.doe`` has its designs with responses as `deboom.doe`, ``run.sobol`` its indices, and
+        ``run.table(name)`` any of ``run.tables``.
 
     Raises
     ------
@@ -426,6 +490,96 @@ def read_run(folder: str | Path) -> RunEntry:
         if (place / RECORD).is_file():
             return RunEntry(place, read_record(place / RECORD))
     raise InputError(f"{folder} is no run folder: it has no {RECORD}; `deboom list` shows all runs")
+
+
+def save_run(
+    result: Front | Experiment | Sensitivities,
+    out: str | Path = "results",
+    *,
+    study: str = "notebook",
+    seed: int = 1,
+) -> RunEntry:
+    """Save what a notebook computed as a run, for `read_run` and ``deboom list``.
+
+    Parameters
+    ----------
+    result : Front, Experiment or Sensitivities
+        As `deboom.search`, `deboom.doe`, `deboom.read_designs`, `deboom.sobol` and `deboom.morris`
+        give it.
+    out : str or Path
+        Folder that gets ``<study>/<run>/``.
+    study : str
+        Name of the folder: letters, digits, ``_`` and ``-``.
+    seed : int
+        Seed of the result, from 1; a front has its own.
+
+    Returns
+    -------
+    RunEntry
+        What `read_run` of its ``folder`` gives: ``run.front``, ``run.doe`` or ``run.sobol``.
+
+    Raises
+    ------
+    InputError
+        Another result; a folder that cannot be written; a name or a seed that cannot be.
+
+    Examples
+    --------
+    >>> import deboom, tempfile
+    >>> square = deboom.ResponseFunction(lambda x: x**2, ("a",), ("y",), "dB")
+    >>> experiment = deboom.doe(square, square.design_space(), n=16)
+    >>> run = deboom.save_run(experiment, tempfile.mkdtemp())
+    >>> deboom.read_run(run.folder).doe.table.equals(experiment.table)
+    True
+    """
+    tables, facts = _kept_of(result)
+    record = {
+        "study": study,
+        "question": "Saved from a notebook.",
+        "seed": facts.pop("seed", seed),
+        "arguments": {},
+        "environment": environment_record(PACKAGES),
+        **facts,
+    }
+    run = start_run(Path(out), study, seed=record["seed"], record=record)
+    try:
+        for name, table in tables.items():
+            run.save_text(f"{name}.csv", csv_text(table))
+        files = [run.folder / f"{name}.csv" for name in tables]
+        record |= {"inputs_sha256": {}, "files_sha256": hash_files(files, relative_to=run.folder)}
+        run.save_json(RECORD, record)
+        return read_run(finish_run(run))
+    except BaseException:
+        run.discard()
+        raise
+
+
+def _kept_of(
+    result: Front | Experiment | Sensitivities,
+) -> tuple[dict[str, pd.DataFrame], dict[str, Any]]:
+    """Return the tables of a result by name, and what a record says of it."""
+    from deboom.explore.doe import Experiment, doe_frame
+    from deboom.explore.result import Front
+    from deboom.explore.sensitivity import Sensitivities, SobolIndices
+    from deboom.files.front_table import FrontTable
+
+    if isinstance(result, Front):
+        search = result.search
+        how = f"{search.algorithm}, {search.stopped}, {search.seconds:.1f} s"
+        kept = {"search": how, "note": result.text}
+        return FrontTable.of(result).frames(), {"seed": search.seed, "facts": kept}
+    if isinstance(result, Experiment):
+        doe = result.doe
+        said = {"responses": list(doe.response_names), "n_lines": result.n_lines}
+        return {DOE: doe_frame(doe)}, said
+    if isinstance(result, Sensitivities):
+        kind = SOBOL if isinstance(result.indices, SobolIndices) else MORRIS
+        pairs = {} if result.pairs is None else {f"{kind}_pairs": result.pair_table}
+        return {kind: result.table, **pairs}, {}
+    raise InputError(
+        f"{type(result).__name__} cannot be saved as a run: give a front, an experiment or "
+        "sensitivities"
+    )
 
 
 def _runs_named(folder: Path) -> list[Path]:
@@ -538,6 +692,8 @@ class _Record(BaseModel):
     command: str | None = None
     seed: Annotated[int, Field(ge=0)] = 0
     arguments: dict[str, Any] = {}
+    responses: list[str] | None = None
+    n_lines: int | None = None
     headlines: dict[str, Any] | None = None
     inputs_sha256: dict[str, str] | None = None
     files_sha256: dict[str, str] | None = None

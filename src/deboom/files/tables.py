@@ -379,12 +379,12 @@ def _too_large(path: Path, row: int, width: int) -> InputError:
 
 
 def _text_cells(path: Path, names: Sequence[str]) -> list[list[str]]:
-    """Cells of a CSV file: commas and decimal points, or semicolons and decimal commas."""
+    """Cells of a text: commas or tabs and decimal points, or semicolons and decimal commas."""
     text = read_text(path).removeprefix("\ufeff")
     rows: list[list[str]] = []
     try:
-        german, place = _text_format(text, names)
-        lines = csv.reader(io.StringIO(text, newline=""), delimiter=";" if german else ",")
+        separator, place = _text_format(text, names)
+        lines = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
         width = 0
         for line, cells in enumerate(lines, 1):
             width = len(cells) if line <= place + 1 else width
@@ -398,23 +398,25 @@ def _text_cells(path: Path, names: Sequence[str]) -> list[list[str]]:
                     f"the header {width}"
                 )
             row = [unescaped(cell) for cell in cells]
-            rows.append([_with_point(cell) for cell in row] if german else row)
+            rows.append([_with_point(cell) for cell in row] if separator == ";" else row)
     except csv.Error as error:
         raise InputError(f"{path} is no comma-separated table: {error}") from None
     return rows
 
 
-def _text_format(text: str, names: Sequence[str]) -> tuple[bool, int]:
-    """Tell whether semicolons part the names, and return the row in which these stand."""
+def _text_format(text: str, names: Sequence[str]) -> tuple[str, int]:
+    """Return the separator that parts the names, and the row in which these stand."""
     begin = io.StringIO("\n".join(text.split("\n", _LINES_ABOVE)[:_LINES_ABOVE]), newline="")
-    rows = {}
-    for separator in ",;":
+    places, counts = {}, {}
+    for separator in ",;\t":
         begin.seek(0)
-        rows[separator] = list(csv.reader(begin, delimiter=separator))
-    (place, commas), (other, semicolons) = (_header_place(each, names) for each in rows.values())
+        rows = list(csv.reader(begin, delimiter=separator))
+        places[separator], counts[separator] = _header_place(rows, names)
     first = text.partition("\n")[0]
-    german = semicolons > commas or (semicolons == commas and ";" in first and "," not in first)
-    return german, other if german else place
+    separator = max(",;\t", key=counts.__getitem__)
+    if counts[","] == counts[";"] >= counts["\t"] and ";" in first and "," not in first:
+        separator = ";"
+    return separator, places[separator]
 
 
 def sheet_names(path: Path) -> list[str]:

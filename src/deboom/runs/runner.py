@@ -43,6 +43,7 @@ from deboom.files.disk import read_text
 from deboom.files.front_run import SAME_RESULT
 from deboom.files.run_folder import (
     LOCK,
+    PACKAGES,
     RECORD,
     UNFINISHED,
     Run,
@@ -57,24 +58,10 @@ from deboom.files.run_folder import (
 from deboom.report import PAGE, SUMMARY, Report, Step
 from deboom.runs.options import bands_as_declared, expanded, filled, is_lone_flag, is_positional
 from deboom.runs.overview import command_of, refresh_overview
-from deboom.runs.progress import errors_as_sentences
 from deboom.runs.result import RunContext
 from deboom.runs.second_process import SecondProcess
+from deboom.runs.sentences import errors_as_sentences
 
-PACKAGES = (
-    "deboom",
-    "numpy",
-    "scipy",
-    "pandas",
-    "scikit-learn",
-    "pymoo",
-    "moocore",
-    "pyDOE3",
-    "SALib",
-    "numba",
-    "matplotlib",
-    "seaborn",
-)
 BLAS_THREADS = 1
 """Threads of linear algebra in a run: sums in another order would change last bits."""
 SHOWN_TILES = 4

@@ -20,9 +20,9 @@ from deboom.explore.search import BEFORE_DESCENTS, VERIFIED, Checkpoint, search,
 from deboom.explore.space import Evaluate, Requirements
 from deboom.files.doe_table import read_plan
 from deboom.files.run_folder import CheckpointFolder
+from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.runs.options import at_least
-from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext
 from deboom.vehicles.fleet_front import FleetFront, PeakRise
 

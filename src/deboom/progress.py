@@ -1,64 +1,18 @@
-"""Work of a command: how it ends, its progress, and tasks in several processes."""
+"""Progress of a long computation, told on a terminal, in a notebook or in a log."""
 
 from __future__ import annotations
 
 import sys
 import time
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, TypeVar
 
-import typer
 from tqdm import tqdm
 
 from deboom.common import Progress
-from deboom.errors import DataWarning, IncompleteReport, InputError
 
 LOG_LINES = 4
 MINUTE, HOUR = 60.0, 3600.0  # [s]
-
-
-@contextmanager
-def errors_as_sentences() -> Iterator[None]:
-    """Turn what ends a command into its sentence on standard error and an exit code.
-
-    Bad input is 2, a page that lacks a figure 3, Ctrl-C 130. Warnings about the data are sentences,
-    too.
-    """
-    try:
-        with _one_sentence_warnings():
-            yield
-    except InputError as error:
-        typer.echo(f"deboom: {error}", err=True)
-        raise typer.Exit(2) from error
-    except IncompleteReport as error:
-        typer.echo(error.folder.as_posix())
-        raise typer.Exit(3) from None
-    except KeyboardInterrupt as stop:
-        typer.echo(f"deboom: {stop or 'stopped'}", err=True)
-        raise typer.Exit(130) from None
-
-
-@contextmanager
-def _one_sentence_warnings() -> Iterator[None]:
-    """Print a `DataWarning` as its sentence, and leave other warnings as they are."""
-    layout = warnings.formatwarning
-
-    def formatted(message: Warning | str, category: type[Warning], *place: Any, **line: Any) -> str:
-        if issubclass(category, DataWarning):
-            return f"deboom: warning: {message}\n"
-        return layout(message, category, *place, **line)
-
-    warnings.formatwarning = formatted
-    try:
-        yield
-    finally:
-        warnings.formatwarning = layout
-
-
-_Task = TypeVar("_Task")
-_Result = TypeVar("_Result")
 
 
 @contextmanager
@@ -68,10 +22,11 @@ def progress_bar(title: str) -> Iterator[Progress]:
     - `title`: what is being done.
     - returns ``progress(done, total, text)``, which says ``title: text, 12 s left``. A text that
       does not count itself, such as ``generation 8 of 30``, is counted: ``3 of 8, text``. On a
-      terminal one line is written anew; elsewhere there are about four lines in all, so that logs
-      stay readable.
+      terminal and in a notebook one line is written anew; elsewhere there are about four lines in
+      all, so that logs stay readable.
     """
-    line = tqdm(desc=title, disable=None, file=sys.stderr, bar_format="{desc}", leave=True)
+    anew = sys.stderr.isatty() or _in_a_notebook()
+    line = tqdm(desc=title, disable=not anew, file=sys.stderr, bar_format="{desc}", leave=True)
     begun, logged, before = time.monotonic(), 0, (0, 0)
 
     def progress(done: int, total: int, text: str) -> None:
@@ -97,6 +52,21 @@ def progress_bar(title: str) -> Iterator[Progress]:
         yield progress
     finally:
         line.close()
+
+
+@contextmanager
+def progress_shown(progress: Progress | bool | None, title: str) -> Iterator[Progress | None]:
+    """Return the progress that a caller gave, or of True that of `progress_bar`."""
+    if progress is True:
+        with progress_bar(title) as bar:
+            yield bar
+    else:
+        yield progress or None
+
+
+def _in_a_notebook() -> bool:
+    """Whether standard error is the output of a cell, where a line can be written anew."""
+    return type(sys.stderr).__module__.startswith("ipykernel.")
 
 
 def _left(seconds: float) -> str:

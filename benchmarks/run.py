@@ -15,11 +15,13 @@ import numpy as np
 import end_to_end
 import kernels
 import live_page
+import two_workers
 
 TABLES: tuple[ModuleType, ...] = (
     kernels,
     end_to_end,
     live_page,
+    two_workers,
 )
 
 

@@ -52,7 +52,7 @@ from deboom.measurement.uncertainty import (
     pivotal_interval,
     probability_below,
 )
-from deboom.pages.front import drawn_rows, left_out
+from deboom.pages.front import drawn_rows, left_out, report_cells
 from deboom.pages.motion import motion_report, report_runs
 from deboom.plot import IntervalPanel
 from deboom.plot.style import signed
@@ -551,6 +551,18 @@ def _levels(report: Report, answer: _Answer) -> None:
         lambda: plot.interval_panels([repeated.vehicles[row] for row in shown], panels),
         "Measured values and 90 % intervals."
         + left_out(len(repeated.vehicles), f"that gain least by {answer.design}", "vehicles"),
+    )
+    report_cells(
+        report,
+        "changes_others",
+        "change against today's",
+        [f"{name}{end}" for name in list(repeated.designs)[1:] for end in ("", ", from", ", to")],
+        repeated.vehicles,
+        np.concatenate(
+            [_bounds(change, place) for place in range(1, len(repeated.designs))], axis=0
+        ),
+        shown,
+        unit="dB",
     )
     picks = pd.DataFrame(
         {

@@ -41,7 +41,7 @@ from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, box
 from deboom.files.platform import platform_sha256
 from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.uncertainty import Interval, pivotal_interval
-from deboom.pages.front import drawn_rows, left_out
+from deboom.pages.front import drawn_rows, left_out, report_cells
 from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_name, motion_report, report_runs
 from deboom.plot.style import mount_colours
@@ -657,6 +657,16 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
         ),
         "Levels of the parts of the box about their limit."
         + left_out(len(study.vehicles), "that come nearest to it", "vehicles"),
+    )
+    report_cells(
+        report,
+        "levels_others",
+        "level beyond the limit",
+        ("median", "95 % below", "today"),
+        study.vehicles,
+        np.array([*np.quantile(study.shown_excess, [0.5, 0.95], axis=0), today - limit]),
+        drawn,
+        unit="dB",
     )
     table = {
         "vehicle": list(study.vehicles),

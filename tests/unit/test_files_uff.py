@@ -557,24 +557,63 @@ def test_g_beside_a_data_set_164_in_si_is_refused_with_both_meanings(tmp_path):
     np.testing.assert_allclose(read.values, 9.80665 * spectrum().values, rtol=1e-11)
 
 
+def stored_as(path, values, kind, code):
+    """Replace the numbers of every binary set by others of another type."""
+    begin, *sets = path.read_bytes().split(b"    58b")
+    body, order = values.astype(kind), 2 if kind[0] == ">" else 1
+    for place, text in enumerate(sets):
+        lines = text.split(b"\n", 12)
+        lines[0] = b"%6d%6d%12d%12d" % (order, 2, 11, body.nbytes)
+        lines[7] = b"%10d" % code + lines[7][10:]
+        next_set = b"    -1\n" if place < len(sets) - 1 else b""
+        sets[place] = b"\n".join((*lines[:12], body.tobytes(), b"    -1", next_set))
+    path.write_bytes(b"    58b".join((begin, *sets)))
+
+
 @pytest.mark.parametrize(
-    ("binary", "n_lines", "most"), [(True, 2**15, 1.2), (False, 2**12, 1.0)], ids=["58b", "58"]
+    ("binary", "stored", "n_lines", "most"),
+    [
+        (True, ("<f8", 4), 2**15, 1.2),
+        (True, ("<f4", 2), 2**16, 1.2),
+        (True, ("<c8", 5), 2**15, 1.2),
+        (True, ("<c16", 6), 2**14, 1.2),
+        (False, ("<f8", 4), 2**12, 1.0),
+    ],
+    ids=["58b", "58b single", "58b complex single", "58b complex", "58"],
 )
-def test_reading_takes_little_more_memory_than_the_file(tmp_path, binary, n_lines, most):
-    """Sixteen signals: numbers once, the common abscissa once, and one set at work."""
+def test_reading_takes_little_more_memory_than_the_file(tmp_path, binary, stored, n_lines, most):
+    """Sixteen signals: numbers once as the file has them, the common abscissa once."""
     path = tmp_path / "long.uff"
     time = 2.5e-4 * np.arange(n_lines)
     values = np.random.default_rng(1).normal(size=n_lines)
+    if "c" in stored[0]:
+        values = values + 1j * values[::-1]
+    values = values.astype(stored[0])
     acceleration = {"ordinate": "acceleration", "ordinate_unit": "m/s^2"}
     signals = [UffFunction(time, values, 1, node, "+x", **acceleration) for node in range(1, 17)]
     write_uff(path, signals, binary=binary)
+    if binary:
+        stored_as(path, values, *stored)
     tracemalloc.start()
     read = read_uff(path)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < most * path.stat().st_size
     assert all(function.abscissa is read[0].abscissa for function in read)
+    assert read[-1].values.dtype in (np.float64, np.complex128)
     np.testing.assert_allclose(read[-1].values, values, rtol=0, atol=1e-11)
+
+
+def test_single_precision_in_g_is_converted_within_its_digits(tmp_path):
+    path = tmp_path / "a.uff"
+    acceleration = {"ordinate": "acceleration", "ordinate_unit": "m/s^2"}
+    write_uff(path, [spectrum(**acceleration)], binary=True)
+    stored_as(path, spectrum().values, "<c8", 5)
+    edit(path, b"m/s^2", b"g    ")
+    without_units(path)
+    (read,) = read_uff(path)
+    assert read.values.dtype == np.complex128
+    np.testing.assert_allclose(read.values, 9.80665 * spectrum().values, rtol=3e-7)
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
@@ -583,13 +622,8 @@ def test_binary_numbers_are_those_of_pyuff(tmp_path, order, kind, code):
     """Every precision and byte order, against pyuff's own reading of the same bytes."""
     path = tmp_path / "a.uff"
     write_uff(path, [spectrum()], binary=True)
-    head, rest = path.read_bytes().split(b"    58b", 1)
-    lines = rest.split(b"\n", 12)
-    body = spectrum().values.astype(order + kind) if "c" in kind else None
-    body = spectrum().values.real.astype(order + kind) if body is None else body
-    lines[0] = b"%6d%6d%12d%12d" % (1 if order == "<" else 2, 2, 11, body.nbytes)
-    lines[7] = b"%10d" % code + lines[7][10:]
-    path.write_bytes(head + b"    58b" + b"\n".join((*lines[:12], body.tobytes() + b"\n    -1\n")))
+    values = spectrum().values if "c" in kind else spectrum().values.real
+    stored_as(path, values, order + kind, code)
     (read,) = read_uff(path)
     theirs = pyuff.UFF(str(path)).read_sets(1)
     np.testing.assert_array_equal(read.values, theirs["data"])

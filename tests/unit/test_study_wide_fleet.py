@@ -10,7 +10,14 @@ import pytest
 from deboom.common import listed
 from deboom.explore.robust import RobustValues, chosen
 from deboom.explore.sensitivity import SobolIndices
-from deboom.pages.front import PANELS, curve_rows, drawn_rows, left_out, report_heard
+from deboom.pages.front import (
+    PANELS,
+    curve_rows,
+    drawn_rows,
+    left_out,
+    report_cells,
+    report_heard,
+)
 from deboom.pages.interactive_front import with_evaluated
 from deboom.pages.platform_front import DRAWN_OF_PRESCRIBED, PlatformFront
 from deboom.pages.sensitivity import index_figures, most_changed
@@ -115,6 +122,21 @@ def test_a_sentence_names_no_two_hundred_vehicles():
     assert listed([f"V-{k}" for k in range(200)]) == "V-0, V-1, V-2 and 197 others"
 
 
+def test_vehicles_without_an_interval_are_cells_with_its_ends():
+    names = [f"V-{number:02d}" for number in range(30)]
+    change = -np.linspace(0.3, 2.0, 30) + np.array([[0.0], [-0.2], [0.3]])
+    rows, report = ("best-mean", "best-mean, from", "best-mean, to"), Report("Wide")
+    report.section("Levels")
+    for count in (PANELS, 30):
+        drawn, name = drawn_rows(change[0, :count]), f"changes_{count}"
+        report_cells(
+            report, name, "change", rows, names[:count], change[:, :count], drawn, unit="dB"
+        )
+    assert list(report.figures) == ["changes_30"]
+    assert report.failures == []
+    assert report.pictures["changes_30"].caption == "Change of the other 6 vehicles."
+
+
 def indices_of(count):
     """Return indices of three mounts; the later vehicle's level changes more."""
     total = np.tile(np.linspace(0.1, 0.9, count), (3, 1))
@@ -138,7 +160,7 @@ def test_of_a_wide_fleet_the_sensitivities_of_those_that_change_most_are_panels(
     assert report.pictures["sobol"].caption == (
         "Indices. The 24 of 30 vehicles that a stiffness changes most; sobol.csv has all."
     )
-    assert report.pictures["sobol_others"].caption == "Total indices of the other 6 vehicles."
+    assert report.pictures["sobol_others"].caption == "Total index of the other 6 vehicles."
 
 
 def test_the_sensitivities_of_a_fleet_that_fits_are_panels_alone():

@@ -207,7 +207,7 @@ class FunctionMatrix:
         ordinate: str,
         unit: str,
         is_complex: bool = True,
-    ) -> ComplexArray:
+    ) -> Any:
         """Return the functions of all pairs of DoF.
 
         - `responses`, `references`: rows and columns.
@@ -218,7 +218,8 @@ class FunctionMatrix:
         - raises InputError: functions that are missing, doubled, without unit, of another type,
           unit or microphone, beyond what a car has, or real instead of complex or vice versa.
         """
-        values = np.zeros((self.axis.size, len(responses), len(references)), dtype=np.complex128)
+        shape = self.axis.size, len(responses), len(references)
+        values: Any = np.zeros(shape, dtype=np.complex128 if is_complex else np.float64)
         with telling() as tell:
             for row, response in enumerate(responses):
                 for column, reference in enumerate(references):
@@ -272,7 +273,8 @@ class FunctionMatrix:
 
     def real(self, dofs: Sequence[Dof], ordinate: str, unit: str) -> RealArray:
         """Return the real functions of all DoF, (n_line, n_dof), see `values`; `dofs` may be ()."""
-        return self.values(dofs, ordinate=ordinate, unit=unit, is_complex=False)[:, :, 0].real
+        values: RealArray = self.values(dofs, ordinate=ordinate, unit=unit, is_complex=False)
+        return values[:, :, 0]
 
     def function(
         self, response: Dof, reference: Dof, *, ordinate: str, unit: str, is_complex: bool = True
@@ -291,7 +293,8 @@ class FunctionMatrix:
             raise self.error(
                 f"{what} has UFF function type {function.function_type}: export it as {kinds}"
             )
-        if np.iscomplexobj(function.values) != is_complex:
+        values = function.values
+        if np.iscomplexobj(values) != is_complex:
             remedy = (
                 "real: export real and imaginary part, phase is needed"
                 if is_complex
@@ -301,9 +304,9 @@ class FunctionMatrix:
         self._check_unit(what, function, response.unit or reference.unit, unit)
         if unit in _QUANTITIES:
             with naming(self.error(what)):
-                refuse_beyond(_QUANTITIES[unit], function.values)
+                refuse_beyond(_QUANTITIES[unit], values)
         turned = function.response_direction not in ("scalar", response.direction)
-        return function.values * (response.sign * reference.sign * (-1.0 if turned else 1.0))
+        return values * (response.sign * reference.sign * (-1.0 if turned else 1.0))
 
     def check_known(self, responses: Sequence[Dof], references: Sequence[Dof] = ()) -> None:
         """Refuse functions that no table knows: they would be left out without a word.

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
+from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.errors import InputError, naming
 from deboom.files.function_table import TIME_SIGNAL, Dof, FunctionMatrix, with_their_tables
 from deboom.files.inertance_test import (
@@ -59,7 +59,7 @@ def _channels(
     unit: str,
     *,
     is_complex: bool = True,
-) -> ComplexArray:
+) -> Any:
     """Channels along positive axes, none of them dead, shape (n_line, n_channel)."""
     values = file.values(dofs, ordinate=ordinate, unit=unit, is_complex=is_complex)[:, :, 0]
     for dof, column in zip(dofs, values.T, strict=True):
@@ -186,7 +186,7 @@ def read_sweep_record(
     tacho = _tacho(file, nodes.tacho, "general")
     records = []
     for _, dofs, ordinate, unit in nodes.channels:
-        values = _channels(file, dofs, ordinate, unit, is_complex=False).real if dofs else None
+        values = _channels(file, dofs, ordinate, unit, is_complex=False) if dofs else None
         names = tuple(dof.name for dof in dofs)
         records.append(None if values is None else TimeRecord(values, rate, names, unit))
     return tacho, tuple(records)

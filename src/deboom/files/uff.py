@@ -37,13 +37,35 @@ DIRECTIONS: dict[int, str] = {0: "scalar"} | {
 """UFF direction codes and their words, ``+x`` … ``-rz``; 0 is ``scalar``."""
 
 
+class _KeptAsGiven:
+    """Values that keep the memory of single precision, and are doubles wherever they are used.
+
+    Base of `UffFunction`, whose field `values` is set and read through this property.
+    """
+
+    _kept_values: Any
+
+    @property
+    def values(self) -> Any:
+        """Values in double precision, not to be written to."""
+        values = self._kept_values.astype(_double(self._kept_values), copy=False)
+        values.setflags(write=False)
+        return values
+
+    @values.setter
+    def values(self, given: Any) -> None:
+        single = getattr(given, "dtype", None) in (np.float32, np.complex64)
+        kept = _kept(given, given.dtype if single else _double(given))
+        object.__setattr__(self, "_kept_values", kept)
+
+
 @dataclass(frozen=True, eq=False)
-class UffFunction:
+class UffFunction(_KeptAsGiven):
     """One function at a nodal DoF: UFF data set 58, in SI.
 
     - `abscissa` (n,): increasing, n ≥ 2 [Hz] or [s].
     - `values` (n,): real or complex, finite [ordinate_unit, over denominator_unit where there is
-      one].
+      one]; always in double precision, made anew at each use where they are given in single.
     - `function_type`: UFF code: 0 general, 1 time, 2 auto spectrum, 3 cross spectrum, 4 frequency
       response, 6 coherence, 9 power spectral density, 12 spectrum, 27 order function.
     - `response_node`, `reference_node`: node numbers; 0 is none.
@@ -90,8 +112,7 @@ class UffFunction:
                 )
         if len(self.id_lines) > 5:
             raise InputError(f"{self.dof}: {len(self.id_lines)} ID lines, a function has five")
-        abscissa = _kept(self.abscissa, np.float64)
-        values = _kept(self.values, np.complex128 if np.iscomplexobj(self.values) else np.float64)
+        abscissa, values = _kept(self.abscissa, np.float64), self._kept_values
         if abscissa.ndim != 1 or abscissa.shape != values.shape or abscissa.size < 2:
             raise InputError(
                 f"{self.dof}: abscissa and values need one equal length of at least 2, they have "
@@ -104,7 +125,7 @@ class UffFunction:
                     f"{self.dof}: the {what} of line {bad[0] + 1} is {array[bad[0]]}; measure or "
                     "export it again, deboom does not fill gaps"
                 )
-        falling = np.flatnonzero(np.diff(abscissa) <= 0)
+        falling = np.flatnonzero(abscissa[1:] <= abscissa[:-1])
         if falling.size:
             raise InputError(
                 f"{self.dof}: the abscissa does not increase after line {falling[0] + 1} "
@@ -113,7 +134,6 @@ class UffFunction:
         for array in (abscissa, values):
             array.setflags(write=False)
         object.__setattr__(self, "abscissa", abscissa)
-        object.__setattr__(self, "values", values)
         object.__setattr__(self, "id_lines", (*self.id_lines, *[""] * (5 - len(self.id_lines))))
         if not self.abscissa_quantity:
             quantity = "time" if self.function_type == 1 else "frequency"
@@ -137,6 +157,10 @@ def _kept(given: Any, kind: type) -> Any:
     """Return an array that nobody writes to: a copy of what may be written to."""
     shared = isinstance(given, np.ndarray) and not given.flags.writeable
     return np.asarray(given, dtype=kind) if shared else np.array(given, dtype=kind)
+
+
+def _double(given: Any) -> type:
+    return np.complex128 if np.iscomplexobj(given) else np.float64
 
 
 LARGEST_LINE_ERROR = 0.05
@@ -656,6 +680,8 @@ def _quiet() -> Iterator[None]:
 class _Sets(pyuff.UFF):
     """File of which pyuff reads the sets that stand between separators of their own lines."""
 
+    _last_axis: tuple[tuple[float, float, int], RealArray] = (0.0, 0.0, 0), np.zeros(0)
+
     def refresh(self) -> bool:
         """Find the sets; pyuff's own search takes any row that ends in -1 for a separator."""
         with _mapped(Path(self._filename)) as data:
@@ -695,16 +721,27 @@ class _Sets(pyuff.UFF):
             stored = np.dtype(f"{order}f{4 if kind in _SINGLE else 8}")
             count = (int(block[1]) + 1 - begin) // stored.itemsize
             file.seek(begin)
-            numbers = np.fromfile(file, stored, count).astype(float, copy=False)
-        width = (2 if kind in _COMPLEX else 1) + (content["abscissa_spacing"] == 0)
+            numbers = np.fromfile(file, stored, count)
+        numbers = numbers.astype(stored.newbyteorder("="), copy=False)
+        even = content["abscissa_spacing"] != 0
+        width = (2 if kind in _COMPLEX else 1) + (not even)
         rows = numbers[: numbers.size // width * width].reshape(-1, width)
-        values = rows[:, -2] + 1j * rows[:, -1] if kind in _COMPLEX else rows[:, -1]
-        axis = rows[:, 0]
-        if content["abscissa_spacing"] != 0:
-            axis = np.arange(len(rows), dtype=float)
+        axis = self._even_axis(content, len(rows)) if even else rows[:, 0].astype(float)
+        values = rows if even else np.ascontiguousarray(rows[:, 1:])
+        if kind in _COMPLEX:
+            values = values.view(np.complex64 if kind in _SINGLE else np.complex128)
+        return {**content, "x": axis, "data": values[:, 0]}
+
+    def _even_axis(self, content: Mapping[str, Any], count: int) -> RealArray:
+        """Return the abscissa of a set; functions of one raster share it."""
+        stated = content["abscissa_min"], content["abscissa_inc"], count
+        if stated != self._last_axis[0]:
+            axis = np.arange(count, dtype=float)
             axis *= content["abscissa_inc"]
             axis += content["abscissa_min"]
-        return {**content, "x": axis, "data": values}
+            axis.setflags(write=False)
+            self._last_axis = stated, axis
+        return self._last_axis[1]
 
     def read_respelled(self, index: int) -> Any:
         """Read an ASCII set whose rows end in blanks or whose exponents are written with a D."""

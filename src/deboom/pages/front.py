@@ -51,6 +51,51 @@ def left_out(count: int, which: str, table: str) -> str:
     return f" The {PANELS} of {count} vehicles {which}; {table}.csv has all."
 
 
+CELLS = 10 * PANELS
+"""Vehicles beyond those with panels that are cells of matrices; the tables have them all."""
+
+
+def report_cells(
+    report: Report,
+    name: str,
+    what: str,
+    rows: Sequence[str],
+    vehicles: Sequence[str],
+    values: RealArray,
+    drawn: Sequence[int],
+    *,
+    unit: str = "1",
+) -> None:
+    """Show numbers of the vehicles without a panel as cells of matrices, where there are any.
+
+    - `name`: of the figure; `what`: the numbers are, such as ``total index``.
+    - `values` (n_row, n_vehicle): [unit]; with a unit they have signs, which have colours.
+    - `drawn`: vehicles that have a panel.
+    """
+    others = [row for row in range(len(vehicles)) if row not in drawn]
+    if not others:
+        return
+    shown = others[:CELLS]
+    reach = 1.0 if unit == "1" else max(float(np.abs(values[:, shown]).max()), SMALLEST_REACH)
+    maps = [
+        plot.HeatMap(
+            f"{what} [{unit}]" if part[0] == shown[0] else "",
+            tuple(rows),
+            tuple(vehicles[row] for row in part),
+            values[:, part],
+            limits=(0.0 if unit == "1" else -reach, reach),
+            decimals=2 if unit == "1" else 1,
+        )
+        # parts of one width: cells of a narrow one would be large
+        for part in np.array_split(shown, -(-len(shown) // PANELS))
+    ]
+    report.figure(
+        name,
+        lambda: plot.heat_maps(maps, columns=1),
+        f"{what.capitalize()} of {'the other ' if shown == others else ''}{len(shown)} vehicles.",
+    )
+
+
 def curve_rows(fleet: FleetFront, design: RealArray) -> list[int]:
     """Return the vehicles that are drawn as curves, in their order: those that gain least."""
     return drawn_rows(fleet.splv_change(design))

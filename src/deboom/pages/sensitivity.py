@@ -27,7 +27,7 @@ from deboom.explore.sensitivity import (
 )
 from deboom.explore.space import stiffness_factor_space
 from deboom.mounts.mount import Mount
-from deboom.pages.front import PANELS, drawn_rows, left_out
+from deboom.pages.front import drawn_rows, left_out, report_cells
 from deboom.pages.front_answer import abbreviations, spelled_out
 from deboom.pages.motion import factor_name, motion_name, motion_report
 from deboom.plot import HeatMap, IntervalPanel, LineMap, heat_maps, interval_panels, line_maps
@@ -53,8 +53,6 @@ def line_levels(index: BoomingModel, designs: RealArray) -> RealArray:
 
 LINE_POINTS = 1024
 """Base points behind the indices of single lines, at most."""
-CELLS = 10 * PANELS
-"""Vehicles beyond those with panels that are cells of a matrix; the tables have them all."""
 TENTH = 0.1
 """Change of a stiffness that a slope is stated for [1]."""
 PART = 2048  # designs evaluated at a time
@@ -698,29 +696,14 @@ def index_figures(
 ) -> None:
     """Show the indices as panels; of a wide fleet those changed least are cells of a matrix."""
     drawn = most_changed(study)
-    others = [row for row in range(len(study.vehicles)) if row not in drawn]
     report.figure(
         name,
         lambda: interval_panels(indices.factors, _panels(indices, drawn), columns=3),
         caption + _left_out(study, name),
     )
-    if not others:
-        return
-    shown = others[:CELLS]
     total = np.where(indices.zero, 0.0, indices.total)
-    maps = [
-        HeatMap(
-            "total index [1]" if begin == 0 else "",
-            indices.factors,
-            tuple(indices.outputs[row] for row in shown[begin : begin + PANELS]),
-            total[:, shown[begin : begin + PANELS]],
-        )
-        for begin in range(0, len(shown), PANELS)
-    ]
-    report.figure(
-        f"{name}_others",
-        lambda: heat_maps(maps, columns=1),
-        f"Total indices of {'the other ' if shown == others else ''}{len(shown)} vehicles.",
+    report_cells(
+        report, f"{name}_others", "total index", indices.factors, indices.outputs, total, drawn
     )
 
 

@@ -2,8 +2,9 @@
 
 A fault changes one sign, operator, comparison, constant or function. A sample is drawn by a seed.
 Which test reaches which line is measured once and kept in ``build/mutants``. Each mutant stands in
-a copy of the sources and is shown the tests that reach its line until one fails. A comparison that
-takes its boundary along (``<`` for ``<=``) is counted apart.
+a copy of the sources and is shown the tests that reach its line until one fails; sources without a
+fault must pass first. A comparison that takes its boundary along (``<`` for ``<=``) is counted
+apart.
 """
 
 from __future__ import annotations
@@ -20,10 +21,11 @@ import signal
 import sys
 import tempfile
 import time
+import traceback
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -42,6 +44,15 @@ DECLARED = "tests/golden/test_declared_options.py"
 """Tests of what runs at import; of a constant or a field, those that name it are shown too."""
 TEST_S, TESTS_S, PINS_S = 20.0, 30.0, 90.0
 """Time of a test, and recorded time of all tests and all pins, that see a mutant at most [s]."""
+OPTIONS = (
+    "-qx",
+    "-p",
+    "no:cacheprovider",
+    "-p",
+    "no:xdist",
+    "-W",
+    "ignore::pytest.PytestAssertRewriteWarning",  # a library of deboom may be a plugin, too
+)
 PATIENCE_S = 60.0
 """Time of a mutant, beside thrice the recorded time of its tests [s]; beyond, it hangs."""
 
@@ -283,8 +294,12 @@ def _show(mutant: Mutant, tests: Sequence[str], folder: str, output: Path) -> No
         os.dup2(os.open(output, os.O_WRONLY | os.O_CREAT | os.O_APPEND), stream)
     code = 1
     try:
-        code = int(pytest.main(["-qx", "-p", "no:cacheprovider", "-p", "no:xdist", *tests]))
+        code = int(pytest.main([*OPTIONS, *tests]))
+    except Exception:
+        traceback.print_exc()
     finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
         os._exit(code)
 
 
@@ -356,6 +371,13 @@ def main() -> None:
         drawn = random.Random(given.seed).sample(every, min(given.number, len(every)))
         drawn = [m for m in drawn if given.only in f"{m.path}:{m.line}: {m.change}"]
         cases = [(m, tests := reach.tests(m), reach.patience(tests)) for m in drawn]
+        without_fault = [
+            (replace(m, text=m.path.read_text(encoding="utf-8")), tests, patience)
+            for m, tests, patience in cases
+            if tests
+        ]
+        if any(caught(without_fault[:1])):
+            sys.exit(f"{package}: tests fail without a fault: read {CACHE / 'output' / '0.txt'}")
         report(package, cases, caught(cases))
 
 

@@ -57,6 +57,39 @@ def test_the_population_of_nsga2_is_part_of_the_archive_of_a_converged_front():
     assert np.all(best <= pure.front.objectives.min(axis=0))
 
 
+def test_the_gap_that_a_generation_leaves_is_a_mean_over_sigma_in_decibel():
+    """Staircases on a fine grid of sigma share nothing with the hypervolume behind the gap."""
+    model = WithSlopes(replace(quad2(4, seed=1), response_unit="dB(A)"))
+    budget = {**BUDGET, "population": 12, "generations": 6, "polish": False}
+    front = deboom.search(replace(ROBUST, evaluate=model), **budget)
+    result, table = front.search, front.convergence()
+    worst_mean, worst_sigma = result.reference_point
+    levels = np.linspace(result.front.objectives[:, 1].min(), worst_sigma, 20_001)[1:]
+
+    def lowest_mean(objectives):
+        reached = objectives[:, :1] + np.where(objectives[:, 1:] <= levels, 0.0, np.inf)
+        return np.minimum(reached.min(axis=0), worst_mean)
+
+    seen = [result.evaluated.objectives[: 12 * n] for n in range(1, 7)]
+    gap = [np.mean(lowest_mean(rows) - lowest_mean(result.front.objectives)) for rows in seen]
+    expected = np.array(gap) / len(model.response_names)
+    # a step of the grid is 5e-5 of the range
+    np.testing.assert_allclose(table["gap [dB]"], expected, atol=5e-4 * expected[0])
+    assert table["gap [dB]"].iloc[0] > 0.0
+    assert front.convergence_picture().axes[0].get_ylabel() == "gap left [dB]"
+
+
+def test_one_search_of_few_and_one_of_many_designs_are_not_decided():
+    few, many = (
+        deboom.search(ROBUST, population=n, generations=n, verified_with=16, polish=False)
+        for n in (16, 40)
+    )
+    verdict = deboom.compare(few, many, draws=64)
+    assert verdict.verdict.value == "not decided"
+    assert verdict.noise > abs(verdict.value) > 0.0
+    assert "what would decide: 3 seeds of each (searches=3)" in verdict.text
+
+
 def test_unpolished_the_search_is_nsga2_alone():
     front = deboom.search(ROBUST, **BUDGET, polish=False)
     np.testing.assert_array_equal(front.search.evaluated.designs, nsga2(ROBUST, 8, 2, seed=3)

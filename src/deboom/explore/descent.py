@@ -495,8 +495,8 @@ def converged_front(
     for guide in guides:
         landscape.point(guide)
     for share, points in branches.items():
-        places = [points[0].place, *_at_share(guides, share)]
-        net.solve(share, [landscape.point(place) for place in places])
+        starts = [points[0].place, *_at_share(guides, share)]
+        net.solve(share, [landscape.point(start) for start in starts])
     for shares in (sorted(net.points), sorted(net.points, reverse=True)):
         for before, share in pairwise(shares[:-1]):
             net.solve(share, [net.points[before]])

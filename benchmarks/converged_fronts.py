@@ -29,9 +29,11 @@ from deboom.explore.descent import objectives_and_gradients
 from deboom.explore.front import pareto_front, thinned
 from deboom.explore.robust import RobustValues
 from deboom.explore.search import nsga2
+from deboom.vehicles.booming_model import BoomingModel
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
 
+from samples import drawn_cars
 from samples.reference_fronts import REFERENCE, figures
 
 PROBLEMS = {
@@ -42,6 +44,17 @@ PROBLEMS = {
     "fleet5003_F39_coupled": (5003, "F39", "coupled"),
 }
 """Seed of a virtual fleet or None for the shipped platform, vehicles, and motion, by problem."""
+
+MOST_OF_A_GRADIENT = {
+    "u06_prescribed": 2.5,
+    "u06_coupled": 4.0,
+    "drawn, prescribed": 2.5,
+    "drawn, coupled": 4.0,
+    "drawn, tilted": 6.0,
+    "drawn, with receptances": 6.0,
+}
+"""Robust evaluations that a gradient may cost, of the shipped platform and of drawn cars."""
+CARS = drawn_cars.Shape("size of U06", 128, 5, 241, 3, 2, 1)
 
 TARGETS, POINTS = 100, 1500
 """Bounds of each objective that descents keep, and points of a reference front."""
@@ -86,7 +99,7 @@ def rivals(seed: int) -> dict[str, Callable[[deboom.Robust], RobustValues]]:
     }
 
 
-def gradient_cost(robust: deboom.Robust, calls: int = 100) -> float:
+def gradient_cost(robust: deboom.Robust, calls: int) -> float:
     """Return the processor time of values with all gradients, in robust evaluations."""
     design = np.full(robust.space.n_variables, 1.03)
     times: tuple[list[float], list[float]] = ([], [])
@@ -100,6 +113,28 @@ def gradient_cost(robust: deboom.Robust, calls: int = 100) -> float:
         times[1].append(time.process_time() - between)
     evaluation, gradient = (float(np.percentile(row, 10)) for row in times)
     return gradient / evaluation
+
+
+def gradient_costs(calls: int) -> pd.DataFrame:
+    """Return what gradients cost, in turns of a few calls of each model."""
+    coupled = drawn_cars.coupled_problem(CARS)
+    cases = {
+        "prescribed": drawn_cars.prescribed_problem(CARS),
+        "coupled": coupled,
+        "tilted": drawn_cars.tilted(coupled),
+        "with receptances": drawn_cars.flexible_problem(CARS),
+    }
+    robusts = {name: problem(name, Path()) for name in ("u06_prescribed", "u06_coupled")}
+    for name, case in cases.items():
+        model = BoomingModel((case,), (1.0,))
+        robusts[f"drawn, {name}"] = deboom.Robust(model, model.design_space(), draws=128, seed=1)
+    for robust in robusts.values():
+        objectives_and_gradients(robust, robust.space.nominal)  # compile
+    rounds = [
+        {name: gradient_cost(robust, calls) for name, robust in robusts.items()} for _ in range(3)
+    ]
+    table = pd.DataFrame(rounds).median().to_frame("evaluations")
+    return table.assign(**{"at most": pd.Series(MOST_OF_A_GRADIENT)})
 
 
 def constrained(robust: deboom.Robust, begin: RealArray, seed: int) -> RealArray:
@@ -176,14 +211,14 @@ def main() -> None:
     parser.add_argument("--gradient", action="store_true")
     parser.add_argument("--write", type=int, metavar="SEEDS")
     options = parser.parse_args()
+    if options.gradient:
+        print(gradient_costs(calls=20).round(2).to_string())
+        return
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for name in options.problem or PROBLEMS:
             robust = problem(name, Path(folder))
             objectives_and_gradients(robust, robust.space.nominal)  # compile
-            if options.gradient:
-                print(f"{name}: a gradient costs {gradient_cost(robust):.2f} evaluations")
-                continue
             if options.write:
                 write(robust, REFERENCE / f"{name}.csv", options.write)
                 continue

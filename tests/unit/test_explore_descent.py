@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import deboom
+from deboom.explore import descent
 from deboom.explore import search as search_module
 from deboom.explore.descent import converged_front, is_smooth, objectives_and_gradients
 from deboom.explore.front import common_box
@@ -55,6 +56,39 @@ def test_the_population_of_nsga2_is_part_of_the_archive_of_a_converged_front():
     assert "exact gradients" in whole.note
     best = whole.search.front.objectives.min(axis=0)
     assert np.all(best <= pure.front.objectives.min(axis=0))
+
+
+def test_the_gap_that_a_generation_leaves_is_a_mean_over_sigma_in_decibel():
+    """Staircases on a fine grid of sigma share nothing with the hypervolume behind the gap."""
+    model = WithSlopes(replace(quad2(4, seed=1), response_unit="dB(A)"))
+    budget = {**BUDGET, "population": 12, "generations": 6, "polish": False}
+    front = deboom.search(replace(ROBUST, evaluate=model), **budget)
+    result, table = front.search, front.convergence()
+    worst_mean, worst_sigma = result.reference_point
+    levels = np.linspace(result.front.objectives[:, 1].min(), worst_sigma, 20_001)[1:]
+
+    def lowest_mean(objectives):
+        reached = objectives[:, :1] + np.where(objectives[:, 1:] <= levels, 0.0, np.inf)
+        return np.minimum(reached.min(axis=0), worst_mean)
+
+    seen = [result.evaluated.objectives[: 12 * n] for n in range(1, 7)]
+    gap = [np.mean(lowest_mean(rows) - lowest_mean(result.front.objectives)) for rows in seen]
+    expected = np.array(gap) / len(model.response_names)
+    # a step of the grid is 5e-5 of the range
+    np.testing.assert_allclose(table["gap [dB]"], expected, atol=5e-4 * expected[0])
+    assert table["gap [dB]"].iloc[0] > 0.0
+    assert front.convergence_picture().axes[0].get_ylabel() == "gap left [dB]"
+
+
+def test_one_search_of_few_and_one_of_many_designs_are_not_decided():
+    few, many = (
+        deboom.search(ROBUST, population=n, generations=n, verified_with=16, polish=False)
+        for n in (16, 40)
+    )
+    verdict = deboom.compare(few, many, draws=64)
+    assert verdict.verdict.value == "not decided"
+    assert verdict.noise > abs(verdict.value) > 0.0
+    assert "what would decide: 3 seeds of each (searches=3)" in verdict.text
 
 
 def test_unpolished_the_search_is_nsga2_alone():
@@ -152,6 +186,43 @@ def test_two_means_have_a_converged_front_of_their_own():
     alone = nsga2(robust, 40, 40, seed=1).front
     best, expected = reached.objectives.min(axis=0), alone.objectives.min(axis=0)
     assert np.all(best <= expected + 1e-9)
+
+
+class Well:
+    """Both responses fall towards one bound of x1; the first is far lower just at the other."""
+
+    variable_names, response_names, response_unit = ("x1", "x2"), ("y1", "y2"), "1"
+
+    def __call__(self, designs):
+        """Return the responses."""
+        x, y = designs.T
+        deep = np.maximum(0.804 - x, 0.0) / 0.004
+        return np.column_stack([1.2 - x - deep**2 + (y - 0.8) ** 2, 1.2 - x + (y - 1.2) ** 2])
+
+    def gradient(self, designs):
+        """Return the derivatives of the responses."""
+        x, y = designs.T
+        slope = 2.0 * np.maximum(0.804 - x, 0.0) / 0.004**2 - 1.0
+        first = np.stack([slope, 2.0 * (y - 0.8)], axis=1)
+        return np.stack([first, np.stack([0.0 * x - 1.0, 2.0 * (y - 1.2)], axis=1)], axis=1)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_an_end_in_a_small_basin_is_reached_from_the_other_bound(seed):
+    model = WithSlopes(Well())
+    space = replace(stiffness_factor_space(model.variable_names), tolerance=[0.0, 0.0])
+    aims = tuple(Objective("mean", response=name) for name in model.response_names)
+    robust = Robust(model, space, sobol_sample(2, 16, seed=1), objectives=aims)
+    assert converged_front(robust, seed=seed).objectives[:, 0].min() == pytest.approx(0.4 - 1.0)
+
+
+def test_designs_of_one_valley_count_once():
+    places = [np.array([0.1]), np.array([0.9]), np.array([0.5])]
+    ends = [
+        descent._Point(at, np.array([0.0, v]), 0.0)
+        for at, v in zip(places, (0.0, 0.002, 0.1), strict=True)
+    ]
+    assert descent._valleys(ends, 1) == [ends[0], ends[2]]
 
 
 def test_a_converged_front_is_the_same_bits_for_any_number_of_workers():

@@ -146,6 +146,17 @@ def test_a_thinned_front_keeps_its_ends_and_most_of_its_volume():
     assert thinned(front, 401) is front
 
 
+def test_no_row_between_two_of_a_thinned_front_adds_more_than_the_one_that_stays():
+    x = np.sort(np.random.default_rng(3).random(300))
+    front = pareto_front(values(np.column_stack([x, (1.0 - x) ** 2]), np.column_stack([x, x])))
+    whole, few = front.objectives, thinned(front, 20).objectives
+    assert len(few) == 20
+    for before, kept, after in zip(few, few[1:], few[2:], strict=False):
+        between = whole[(whole[:, 0] > before[0]) & (whole[:, 0] < after[0])]
+        adds = (after[0] - between[:, 0]) * (before[1] - between[:, 1])
+        assert (after[0] - kept[0]) * (before[1] - kept[1]) == pytest.approx(adds.max())
+
+
 def test_of_three_objectives_the_best_of_each_stays_and_few_points_hold_the_volume():
     draw = np.random.default_rng(1).normal(size=(300, 3))
     points = 1.0 - np.abs(draw) / np.linalg.norm(draw, axis=1)[:, np.newaxis]

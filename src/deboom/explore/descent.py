@@ -33,8 +33,6 @@ FEW_DRAWS = 16
 """Draws that find the branches of a front; a prefix of the Sobol points of the search."""
 TARGETS, STARTS = 16, 6
 """Targets along the front with few draws, and random descents at each of them."""
-BRANCHES = 2
-"""Most branches that descents with all draws follow to each target."""
 END_STARTS = (6, 12)
 """Random descents with few draws to the best first and to the best second objective, which most
 designs do not lead to."""
@@ -470,8 +468,8 @@ def converged_front(
     1. With a few draws, random designs descend to both ends of the front and to targets between
        them (Pascoletti-Serafini, along the line between the ends): this finds its branches.
     2. Both ends, with all draws, from the distinct ends of the first stage.
-    3. The targets, with all draws, from the distinct optima of the first stage, and from the
-       neighbours on another branch, there and back.
+    3. The targets, with all draws, from the optima of the first stage, and from the neighbours on
+       another branch, there and back.
     4. The interval between two neighbours that loses most hypervolume is halved, again and again,
        except where a line between neighbours is as good.
     5. Designs on the straight line between neighbours of one branch are evaluated.
@@ -497,8 +495,8 @@ def converged_front(
     for guide in guides:
         landscape.point(guide)
     for share, points in branches.items():
-        places = _distinct(points, BRANCHES, APART) + _at_share(guides, share)
-        net.solve(share, [landscape.point(place) for place in places])
+        starts = [points[0].place, *_at_share(guides, share)]
+        net.solve(share, [landscape.point(start) for start in starts])
     for shares in (sorted(net.points), sorted(net.points, reverse=True)):
         for before, share in pairwise(shares[:-1]):
             net.solve(share, [net.points[before]])

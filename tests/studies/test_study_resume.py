@@ -384,6 +384,23 @@ def test_when_all_workers_lose_the_response_it_is_sent_again(cluster):
         np.testing.assert_array_equal(spread(designs).sigma, expected.sigma)
 
 
+def test_what_a_notebook_defines_reaches_the_workers_of_a_cluster(cluster, monkeypatch):
+    cell = {"np": np, "__name__": "__main__"}
+    exec(
+        "class Table:\n"
+        "    variable_names, response_names, response_unit = ('a',), ('y',), 'dB'\n"
+        "    rows = np.full((400, 400), 0.9)\n"
+        "    def __call__(self, designs):\n"
+        "        return (designs - self.rows[0, 0]) ** 2\n",
+        cell,
+    )
+    monkeypatch.setattr(sys.modules["__main__"], "Table", cell["Table"], raising=False)
+    robust = Robust(cell["Table"](), stiffness_factor_space(("a",)), sobol_sample(1, 16, seed=1))
+    designs = np.linspace(0.8, 1.2, 7)[:, np.newaxis]
+    with workers_for(robust, scheduler=cluster.scheduler_address) as spread:
+        np.testing.assert_array_equal(spread(designs).mean, robust(designs).mean)
+
+
 def test_a_worker_of_another_version_is_refused(cluster, monkeypatch):
     monkeypatch.setattr(workers.metadata, "version", lambda _: "0.0")
     with (

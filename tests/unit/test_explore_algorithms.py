@@ -33,7 +33,8 @@ def of(function):
 
 
 def fails_beyond(designs):
-    return np.where(designs[:, :1] > 1.05, np.nan, MODEL(designs))
+    """Fail so often that NSGA-III compares failed designs, which pymoo leaves to chance."""
+    return np.where(designs[:, :1] > 0.95, np.nan, MODEL(designs))
 
 
 @pytest.mark.parametrize("name", ALGORITHMS)

@@ -116,6 +116,22 @@ def test_a_finished_run_prints_its_folder(study, tmp_path):
     assert sorted(tmp_path.rglob("*")) == before
 
 
+def test_a_run_may_end_where_it_stands_still_and_its_record_says_so(study, tmp_path):
+    long = ("--generations", "60", "--population", "20", "--out", tmp_path, "--algorithm", "nsga3")
+    folder = Path(call("run", STUDY, *long, "--until-gain", "0.05").stdout.strip())
+    record = json.loads((folder / "search" / "search.json").read_text())
+    n = len(list((folder / "search" / "evaluations").iterdir()))
+    assert 10 < n < 60
+    assert record["stopped"] == f"{n} generations, ended by a gain below 0.05 over 10 generations"
+    assert record["algorithm"] == "nsga3"
+    arguments = json.loads((folder / "run.json").read_text())["arguments"]
+    assert (arguments["until_gain"], arguments["algorithm"]) == (0.05, "nsga3")
+    folder = Path(call("run", STUDY, *long, "--until-seconds", "0.001").stdout.strip())
+    record = json.loads((folder / "search" / "search.json").read_text())
+    assert record["stopped"] == "1 generation, ended after 0.001 s"
+    command_line.refused(("run", STUDY, *long, "--until-gain", "0"), "below a positive gain")
+
+
 def test_list_shows_finished_running_and_unfinished_runs(study, tmp_path, note, monkeypatch):
     out = tmp_path / "results"
     command_line.refused(("list", out), "no such folder")

@@ -347,7 +347,7 @@ ROBUST = Robust(MODEL, SPACE, sobol_sample(4, 16, seed=1))
 def cluster():
     """Two workers, each a process of its own, restarted when they die."""
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
+        n_workers=2, threads_per_worker=1, dashboard_address=":0", host="127.0.0.1"
     ) as running:
         yield running
 

@@ -349,7 +349,7 @@ def test_tasks_of_a_pymoo_user_run_in_their_lines(tmp_path, monkeypatch):
         n_workers=1,
         processes=False,
         protocol="tcp://",
-        dashboard_address=None,
+        dashboard_address=":0",
         host="127.0.0.1",
     ) as cluster:
         for part in text_of("for-pymoo-users").split("\n## "):

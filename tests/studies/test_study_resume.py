@@ -116,6 +116,22 @@ def test_a_finished_run_prints_its_folder(study, tmp_path):
     assert sorted(tmp_path.rglob("*")) == before
 
 
+def test_a_run_may_end_where_it_stands_still_and_its_record_says_so(study, tmp_path):
+    long = ("--generations", "60", "--population", "20", "--out", tmp_path, "--algorithm", "nsga3")
+    folder = Path(call("run", STUDY, *long, "--until-gain", "0.05").stdout.strip())
+    record = json.loads((folder / "search" / "search.json").read_text())
+    n = len(list((folder / "search" / "evaluations").iterdir()))
+    assert 10 < n < 60
+    assert record["stopped"] == f"{n} generations, ended by a gain below 0.05 over 10 generations"
+    assert record["algorithm"] == "nsga3"
+    arguments = json.loads((folder / "run.json").read_text())["arguments"]
+    assert (arguments["until_gain"], arguments["algorithm"]) == (0.05, "nsga3")
+    folder = Path(call("run", STUDY, *long, "--until-seconds", "0.001").stdout.strip())
+    record = json.loads((folder / "search" / "search.json").read_text())
+    assert record["stopped"] == "1 generation, ended after 0.001 s"
+    command_line.refused(("run", STUDY, *long, "--until-gain", "0"), "below a positive gain")
+
+
 def test_list_shows_finished_running_and_unfinished_runs(study, tmp_path, note, monkeypatch):
     out = tmp_path / "results"
     command_line.refused(("list", out), "no such folder")
@@ -331,7 +347,7 @@ ROBUST = Robust(MODEL, SPACE, sobol_sample(4, 16, seed=1))
 def cluster():
     """Two workers, each a process of its own, restarted when they die."""
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
+        n_workers=2, threads_per_worker=1, dashboard_address=":0", host="127.0.0.1"
     ) as running:
         yield running
 
@@ -382,6 +398,23 @@ def test_when_all_workers_lose_the_response_it_is_sent_again(cluster):
         expected = spread(designs)
         spread.client.restart()
         np.testing.assert_array_equal(spread(designs).sigma, expected.sigma)
+
+
+def test_what_a_notebook_defines_reaches_the_workers_of_a_cluster(cluster, monkeypatch):
+    cell = {"np": np, "__name__": "__main__"}
+    exec(
+        "class Table:\n"
+        "    variable_names, response_names, response_unit = ('a',), ('y',), 'dB'\n"
+        "    rows = np.full((400, 400), 0.9)\n"
+        "    def __call__(self, designs):\n"
+        "        return (designs - self.rows[0, 0]) ** 2\n",
+        cell,
+    )
+    monkeypatch.setattr(sys.modules["__main__"], "Table", cell["Table"], raising=False)
+    robust = Robust(cell["Table"](), stiffness_factor_space(("a",)), sobol_sample(1, 16, seed=1))
+    designs = np.linspace(0.8, 1.2, 7)[:, np.newaxis]
+    with workers_for(robust, scheduler=cluster.scheduler_address) as spread:
+        np.testing.assert_array_equal(spread(designs).mean, robust(designs).mean)
 
 
 def test_a_worker_of_another_version_is_refused(cluster, monkeypatch):

@@ -202,6 +202,18 @@ def test_progress_tells_the_change_of_the_best_mean_from_today():
     assert told[-1].startswith(f"generation 3 of 3, best mean {number}")
 
 
+def test_the_record_of_a_search_says_what_ended_it():
+    store = _Memory()
+    until = search_module.Until(gain=0.02, over=3)
+    result = nsga2(ROBUST, 10, 60, seed=1, checkpoint=store, until=until)
+    assert result.stopped.endswith("generations, ended by a gain below 0.02 over 3 generations")
+    assert store.load()["stopped"] == result.stopped
+    # what is kept of it serves a search that goes further
+    further = nsga2(ROBUST, 10, len(result.hypervolume) + 2, seed=1, checkpoint=store)
+    assert store.load()["stopped"] == further.stopped
+    np.testing.assert_array_equal(further.hypervolume[:-2], result.hypervolume)
+
+
 def test_a_fixed_variable_stays_where_it_is():
     lower, upper = SPACE.lower.copy(), SPACE.upper.copy()
     lower[0] = upper[0] = 1.0

@@ -115,20 +115,61 @@ class Table:
     def __call__(self, x):
         return ((x - 0.9) ** 2).sum(axis=1, keepdims=True) + 0.0 * self.rows[0, 0]
 
-model = Table()
-space = deboom.ResponseFunction(model, ("a", "b"), ("y",), "dB").design_space()
-robust = deboom.Robust(model, space, draws=16)
+shift = 0.9
+
+def small(x):
+    return ((x - shift) ** 2).sum(axis=1)
+
+function = deboom.ResponseFunction(small, ("a", "b"), ("y",), "dB")
 budget = dict(population=8, generations=2, polish=False, verified_with=16)
-one, two = (deboom.search(robust, workers=n, **budget) for n in (1, 2))
-print(np.array_equal(one.values.objectives, two.values.objectives))
+for model in (Table(), function):
+    robust = deboom.Robust(model, function.design_space(), draws=16)
+    one, two = (deboom.search(robust, workers=n, **budget) for n in (1, 2))
+    print(np.array_equal(one.values.objectives, two.values.objectives))
 """
 
 
-def test_a_script_without_a_guard_and_its_large_class_reach_the_workers(tmp_path):
+@pytest.mark.parametrize("from_file", [True, False])
+def test_what_a_script_without_a_guard_or_a_notebook_defines_reaches_the_workers(
+    tmp_path, from_file
+):
+    """A notebook, too, has a ``__main__`` that no worker can import."""
     (tmp_path / "script.py").write_text(SCRIPT)
-    words = [sys.executable, tmp_path / "script.py"]
-    done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=300)
-    assert done.stdout == "True\n", done.stderr
+    with (tmp_path / "script.py").open() as cells:
+        done = subprocess.run(
+            [sys.executable, tmp_path / "script.py" if from_file else "-"],
+            stdin=None if from_file else cells,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=300,
+        )
+    assert done.stdout == "True\nTrue\n", done.stderr
+
+
+class _Licensed:
+    """A model that cannot be made again in another process."""
+
+    variable_names, response_names, response_unit = ("x1",), ("y1",), "1"
+
+    def __call__(self, designs):
+        return designs
+
+    def __setstate__(self, state):
+        raise RuntimeError("no licence left")
+
+    def __getstate__(self):
+        return {"seat": 1}
+
+
+def test_a_worker_that_cannot_have_the_model_says_why_at_once(capfd):
+    robust = Robust(_Licensed(), stiffness_factor_space(("x1",)), sobol_sample(1, 2, seed=1))
+    with (
+        workers_for(robust, workers=2) as pooled,
+        pytest.raises(InputError, match=r"worker process .*no licence left.* one worker"),
+    ):
+        pooled(np.ones((2, 1)))
+    assert "Traceback" not in capfd.readouterr().err
 
 
 def test_what_cannot_be_is_refused():

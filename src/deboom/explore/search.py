@@ -233,7 +233,8 @@ def nsga2(
             if until is not None:
                 n_evaluated = sum(len(values) for values in archive.generations)
                 stopped = until.reached(archive.hypervolume, seconds, n_evaluated)
-    done = f"{len(archive.hypervolume)} generations"
+    n = len(archive.hypervolume)
+    done = f"{n} generation{'s' if n > 1 else ''}"
     stopped = f"{done}, {stopped}" if stopped else done
     seconds = time.perf_counter() - begun
     if checkpoint is not None:

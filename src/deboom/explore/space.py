@@ -305,7 +305,8 @@ class ResponseFunction:
 
 def responses(evaluate: Evaluate, designs: RealArray) -> RealArray:
     """Return responses (n, r) to designs (n, k), not finite if one fails; refuse other shapes."""
-    values = np.asarray(evaluate(designs), dtype=float)
+    # a model that writes into its argument does not change the designs
+    values = np.asarray(evaluate(np.array(designs, dtype=float)), dtype=float)
     promised = (len(designs), len(evaluate.response_names))
     if values.shape != promised:
         raise InputError(

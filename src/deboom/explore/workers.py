@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import os
+import pickle
 import platform
 import signal
 import threading
@@ -119,13 +120,13 @@ def workers_for(
 def _process_pool(robust: RobustEvaluation, workers: int) -> Iterator[RobustEvaluation]:
     """Compute on several processes of this machine."""
     try:
-        cloudpickle.dumps(robust)
+        carried = cloudpickle.dumps(robust)
     except (PicklingError, AttributeError, TypeError, ValueError) as error:
         raise InputError(
             f"the model cannot travel to other processes ({error}): let it open files, locks and "
             "connections when it is called, or take one worker"
         ) from None
-    pool = _ProcessPool(robust, workers)
+    pool = _ProcessPool(robust, workers, carried)
     try:
         yield pool
     finally:
@@ -135,39 +136,41 @@ def _process_pool(robust: RobustEvaluation, workers: int) -> Iterator[RobustEval
 class _ProcessPool(SpreadResponse):
     """A pool of processes that is made anew when one of them dies."""
 
-    def __init__(self, robust: RobustEvaluation, workers: int) -> None:
-        self.n_workers = workers
+    def __init__(self, robust: RobustEvaluation, workers: int, carried: bytes) -> None:
+        self.n_workers, self.carried = workers, carried
         super().__init__(robust)
 
     def start(self) -> None:
-        self.executor = process_pool(self.n_workers, self.robust)
+        self.executor = process_pool(self.n_workers, self.carried)
 
     def compute(self, chunks: Sequence[RealArray]) -> list[RobustValues]:
         return list(self.executor.map(_compute_carried, chunks))
 
 
-_carried: list[
-    RobustEvaluation
-] = []  # in a worker process of a pool: the one response that it computes
+# in a worker process of a pool: the one response that it computes, or why it has none
+_carried: list[RobustEvaluation | str] = []
 
 
-def process_pool(workers: int, robust: RobustEvaluation | None = None) -> ProcessPoolExecutor:
-    """Return a pool of processes that end with this one, with a response to compute."""
+def process_pool(workers: int, carried: bytes = b"") -> ProcessPoolExecutor:
+    """Return a pool of processes that end with this one, with a pickled response to compute."""
     # what stands in the working folder is no module of theirs
     safe = {"PYTHONSAFEPATH": "1"}
     return ProcessPoolExecutor(
-        workers, initializer=_begin_worker, initargs=(os.getpid(), robust), env=safe
+        workers, initializer=_begin_worker, initargs=(os.getpid(), carried), env=safe
     )
 
 
-def _begin_worker(parent: int, robust: RobustEvaluation | None) -> None:
+def _begin_worker(parent: int, carried: bytes) -> None:
     # it ends with its parent, however that ends, and leaves Ctrl-C to it
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     import_module("scipy.linalg")  # what is loaded later would have threads of its own
     threadpool_limits(1, "blas")
-    if robust is not None:
-        _carried[:] = [robust]
+    if carried:
+        try:
+            _carried[:] = [pickle.loads(carried)]
+        except Exception as error:  # told with the first designs: a worker that dies says nothing
+            _carried[:] = [f"{type(error).__name__}: {error}"]
 
 
 def _end_with(parent: int) -> None:
@@ -177,7 +180,14 @@ def _end_with(parent: int) -> None:
 
 
 def _compute_carried(designs: RealArray) -> RobustValues:
-    return _carried[0](designs)
+    (robust,) = _carried
+    if isinstance(robust, str):
+        raise InputError(
+            f"the model cannot be made again in a worker process ({robust}): let the module that "
+            "defines it stand where any program finds it, such as an installed package, or take "
+            "one worker"
+        )
+    return robust(designs)
 
 
 @contextmanager

@@ -118,7 +118,7 @@ class ComparedRun:
         options = {
             name: value
             for name, value in self.entry.record["arguments"].items()
-            if name not in NOT_THE_CONFIGURATION
+            if name not in NOT_THE_CONFIGURATION and value is not None
         }
         return json.dumps([self.entry.study, options], sort_keys=True)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -97,6 +98,8 @@ def coefficient(value: float, decimals: int | None = None) -> str:
     return cell_number(value, decimals)
 
 
+LABEL_WIDTH = 18
+"""Letters of a line below an axis of a small panel."""
 MOST = 8
 """Responses that one figure holds legibly."""
 _ANNOTATED = 24  # names whose coefficients can still be read in a matrix
@@ -219,7 +222,7 @@ def variable_grid(
 def objective_grid(
     objectives: pd.DataFrame, picks: Mapping[str, int], today: RealArray | None = None
 ) -> Figure:
-    """Draw a front of more than two objectives, each pair against each other, with its picks.
+    """Draw a front, each pair of its objectives against each other, with its picks.
 
     - `objectives`: one row per design, columns ``name [unit]``.
     - `picks`: row by name of the pick.
@@ -229,10 +232,19 @@ def objective_grid(
     from matplotlib import style
 
     with style.context(dict(FIGURE_STYLE), after_reset=True):
-        grid = seaborn.pairplot(
-            objectives, corner=True, diag_kind="hist", height=1.7, plot_kws={"s": 12, "color": INK}
-        )
         names = list(objectives.columns)
+        grid = seaborn.pairplot(
+            objectives,
+            corner=True,
+            diag_kind="hist",
+            height=1.9 if len(names) > 2 else 2.5,
+            plot_kws={"s": 12, "color": INK},
+        )
+        for place, name in enumerate(names):
+            lines = "\n".join(textwrap.wrap(name, LABEL_WIDTH, break_long_words=False))
+            grid.axes[-1, place].set_xlabel(lines)
+            if place:
+                grid.axes[place, 0].set_ylabel(lines)
         colours = seaborn.color_palette("colorblind", len(picks))
         for row in range(len(names)):
             for column in range(row):
@@ -243,6 +255,7 @@ def objective_grid(
                     x, y = objectives.iloc[at, column], objectives.iloc[at, row]
                     axes.plot(x, y, "o", color=colour, label=name)
         handles, labels = grid.axes[1, 0].get_legend_handles_labels()
+        grid.figure.tight_layout()
         grid.figure.legend(handles, labels, loc="upper right", fontsize="small")
     figure: Figure = grid.figure
     return figure

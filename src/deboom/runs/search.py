@@ -16,7 +16,7 @@ from deboom.choices import SearchAlgorithm
 from deboom.errors import InputError
 from deboom.explore.result import Front, SearchResult
 from deboom.explore.robust import DesignLimits, Limit, Limits, Robust, chosen
-from deboom.explore.search import BEFORE_DESCENTS, VERIFIED, Checkpoint, search, searched
+from deboom.explore.search import BEFORE_DESCENTS, VERIFIED, Checkpoint, Until, search, searched
 from deboom.explore.space import Evaluate, Requirements
 from deboom.files.doe_table import read_plan
 from deboom.files.run_folder import CheckpointFolder
@@ -168,6 +168,31 @@ class SearchOptions:
         ),
     ] = None
 
+    until_gain: Annotated[
+        float | None,
+        Option(
+            help="End the search when the hypervolume of its front gains less than this share over "
+            "10 generations [1]; default: no end before the last generation."
+        ),
+    ] = None
+    until_seconds: Annotated[
+        float | None,
+        Option(
+            help="End the search after this time [s]; the front then depends on the computer; "
+            "default: no limit."
+        ),
+    ] = None
+
+    @property
+    def until(self) -> Until | None:
+        """What ends a search before its last generation; None: nothing.
+
+        - raises InputError: a gain or a time that is not above 0.
+        """
+        if self.until_gain is None and self.until_seconds is None:
+            return None
+        return Until(seconds=self.until_seconds, gain=self.until_gain)
+
     def searched(
         self,
         robust: Robust,
@@ -189,6 +214,7 @@ class SearchOptions:
                 generations=self.generations,
                 seed=seed,
                 algorithm=self.algorithm,
+                until=self.until,
                 workers=self.workers,
                 scheduler=self.scheduler,
                 progress=bar,
@@ -218,6 +244,7 @@ class SearchOptions:
                 seed=seed,
                 limits=limits,
                 algorithm=self.algorithm,
+                until=self.until,
                 polish=False,
                 shown=None,
                 verified_with=verified_with,
@@ -306,6 +333,7 @@ class ThoroughSearchOptions(SearchOptions):
                 limits=limits,
                 first_population=begin,
                 algorithm=self.algorithm,
+                until=self.until,
                 polish=self.polish,
                 verified_with=verified_with,
                 workers=self.workers,

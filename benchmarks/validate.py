@@ -12,6 +12,7 @@ import ast
 import hashlib
 import importlib
 import io
+import json
 import re
 import resource
 import sys
@@ -41,7 +42,8 @@ What follows from an equation is held by tests instead. A claim that does not ho
 reason stands in the section's text or in [decisions.md](decisions.md). What is drawn reads: median
 (10 to 90 % of at least 20 draws, the worst where all are asked; the shipped case, which is no
 draw). Below each section stand its command, its processor time and the hash of the code it rests
-on, comments, docstrings and `deboom.plot` apart. `DRAWS=4` draws four times as many.
+on, comments, docstrings and `deboom.plot` apart; a section that is older than this code names the
+modules that have changed since. `DRAWS=4` draws four times as many.
 """
 OVERVIEW = """## What holds, and what does not
 
@@ -50,7 +52,11 @@ OVERVIEW = """## What holds, and what does not
 """
 NAMED = 2
 """How many claims of a section that do not hold stand on the first screen."""
-OLDER = "*Measured on older sources: the code has changed since.*"
+OLDER = "*Measured on older sources"
+MEASURED = CLAIMS / "measured.json"
+"""Hash of each module that a section rested on when it was measured, by section."""
+CHANGED = 6
+"""How many changed modules a section names."""
 FOOT = re.compile(r"`python benchmarks/validate\.py (\w+)`.*?(?:sources `(\w+)`)?$", re.M)
 
 
@@ -118,12 +124,32 @@ def sources(name: str) -> list[Path]:
     return sorted(seen)
 
 
-def fingerprint(name: str) -> str:
+@cache
+def hashes(name: str) -> dict[str, str]:
+    """Return the hash of each module that a section rests on, by its path."""
+    return {
+        path.relative_to(ROOT).as_posix(): hashlib.sha256(code(path).encode()).hexdigest()[:12]
+        for path in sources(name)
+    }
+
+
+def fingerprint(modules: dict[str, str]) -> str:
     """Return the hash of the code that a section rests on."""
-    digest = hashlib.sha256()
-    for path in sources(name):
-        digest.update(f"{path.relative_to(ROOT)}\n{code(path)}\n".encode())
-    return digest.hexdigest()[:12]
+    return hashlib.sha256(json.dumps(modules, sort_keys=True).encode()).hexdigest()[:12]
+
+
+def older(name: str, measured: str) -> str:
+    """Say that a section is older than its code, and what has changed; nothing of a fresh one."""
+    now = hashes(name)
+    if measured == fingerprint(now):
+        return ""
+    then = json.loads(MEASURED.read_text(encoding="utf-8")).get(name, {})
+    if measured != fingerprint(then):
+        return f"{OLDER}: the code has changed since.*\n\n"
+    changed = [path for path in sorted({*then, *now}) if then.get(path) != now.get(path)]
+    names = [path.removeprefix("src/deboom/").removesuffix(".py") for path in changed[:CHANGED]]
+    more = [f"{len(changed) - CHANGED} more"] if len(changed) > CHANGED else []
+    return f"{OLDER}: since then {', '.join([*names, *more])} changed.*\n\n"
 
 
 def sections_of(page: str) -> dict[str, str]:
@@ -145,8 +171,8 @@ def marked(page: str) -> str:
             continue
         title, about = _about(name)
         foot = FOOT.search(kept[name])
-        older = "" if foot and foot[2] == fingerprint(name) else f"{OLDER}\n\n"
-        texts.append(f"## {title}\n\n{older}{about}{kept[name][kept[name].index('| claim |') :]}")
+        age = older(name, foot[2] if foot else "")
+        texts.append(f"## {title}\n\n{age}{about}{kept[name][kept[name].index('| claim |') :]}")
         rows.append(_overview_row(title, kept[name]))
     return "\n".join([HEAD, OVERVIEW + "\n".join(rows) + "\n", *texts])
 
@@ -185,7 +211,13 @@ def section_text(name: str, rows: list[Claim], seconds: float) -> str:
     foot = (
         f"`python benchmarks/validate.py {name}`: {seconds:.0f} s on {datetime.now(UTC):%Y-%m-%d}"
     )
-    return "\n".join([*lines, "", f"{foot}, {packages}, sources `{fingerprint(name)}`", ""])
+    return "\n".join([*lines, "", f"{foot}, {packages}, sources `{fingerprint(hashes(name))}`", ""])
+
+
+def _keep_hashes(name: str) -> None:
+    """Keep the hashes of the modules that a section has been measured with."""
+    kept = {**json.loads(MEASURED.read_text(encoding="utf-8")), name: hashes(name)}
+    MEASURED.write_text(json.dumps(kept, indent=1, sort_keys=True) + "\n", encoding="utf-8")
 
 
 def _cell(text: str) -> str:
@@ -228,6 +260,7 @@ def main() -> int:
             failed.append(name)
             continue
         text = section_text(name, rows, _cpu() - before)
+        _keep_hashes(name)
         page = marked("\n".join([page, text]))
         PAGE.write_text(page, encoding="utf-8", newline="\n")
         print(text if arguments.wanted else f"{_cpu() - before:.0f} s of processor", flush=True)

@@ -1,5 +1,6 @@
 """The page of claims: its format, and that it never passes for fresher than it is."""
 
+import json
 import re
 import sys
 from pathlib import Path
@@ -40,17 +41,22 @@ def section(monkeypatch):
     return validate.section_text("bench", [Claim("|K| of a | b", "≤ 1", "0.5", True)], 2.0)
 
 
-def test_a_section_is_fresh_until_its_code_changes(section, monkeypatch):
+def test_a_section_is_fresh_until_its_code_changes(section, tmp_path, monkeypatch):
     fresh = validate.marked(section)
     assert r"| \|K\| of a \| b | ≤ 1 | 0.5 | yes |" in fresh
     assert validate.OLDER not in fresh
-    monkeypatch.setattr(validate, "fingerprint", lambda _: "0" * 12)
+    now = validate.hashes("bench")
+    changed = {**now, "src/deboom/arrays.py": "0" * 12, "studies/new.py": "0" * 12}
+    monkeypatch.setattr(validate, "hashes", lambda _: changed)
     older = validate.marked(fresh)
-    assert older.count(validate.OLDER) == 1
+    assert older.count(f"{validate.OLDER}: the code has changed since.*") == 1
     assert validate.marked(older) == older
-    monkeypatch.undo()
-    monkeypatch.setattr(validate, "section_names", lambda: ["bench"])
-    assert validate.marked(older) == fresh
+    monkeypatch.setattr(validate, "MEASURED", tmp_path / "measured.json")
+    validate.MEASURED.write_text(json.dumps({"bench": now}))
+    named = validate.marked(older)
+    assert f"{validate.OLDER}: since then arrays, studies/new changed.*" in named
+    monkeypatch.setattr(validate, "hashes", lambda _: now)
+    assert validate.marked(named) == fresh
 
 
 def test_a_newer_section_takes_the_place_of_the_older(section):

@@ -19,7 +19,12 @@ from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import Mount
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import forward_matrices
-from deboom.vehicles.coupled_motion import CLEARLY_LESS, LARGEST_RESIDUAL, not_rigid
+from deboom.vehicles.coupled_motion import (
+    CLEARLY_LESS,
+    LARGEST_RESIDUAL,
+    not_rigid,
+    reversed_channel,
+)
 from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.powertrain import Powertrain
 
@@ -241,6 +246,11 @@ def _not_of_a_body(
             f"{share}rigid body: check the positions, axes and signs of its mounts; motion cannot "
             "answer other stiffnesses before"
         )
+    else:
+        channels = [mount.channels(axis)[piece] for mount, piece in pieces for axis in AXES]
+        words = reversed_channel(forward_matrices(places), displacement, channels, residual)
+        if words:  # of a channel that moves little
+            yield Finding(f"{share}rigid body: {words}")
 
 
 def _unbalanced(

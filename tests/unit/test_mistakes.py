@@ -76,6 +76,17 @@ def one_sign(values, _):
     return values
 
 
+def reversed_of(platform, channel):
+    def turned(values, channels):
+        values[:, channels.index(channel)] *= -1
+        return values
+
+    for case in range(len(platform.load_cases)):
+        for quantity in ("displacement", "force"):
+            platform = measured(platform, case, quantity, turned)
+    return platform
+
+
 def test_the_shipped_platform_is_plausible(platform):
     assert findings(platform) == ()
 
@@ -89,6 +100,7 @@ def test_the_shipped_platform_is_plausible(platform):
         (lambda p: moved(p, lambda x: x[[1, 0, 2, 3, 4]]), True, "EnM and GeM exchanged"),
         (lambda p: moved(p, lambda x: x + np.array([1.3, 0, 0.4])), False, "of gravity, not"),
         (lambda p: moved(p, lambda x: x / 10), False, "that of the numbers (mm, cm, m)"),
+        (lambda p: reversed_of(p, "TSM y"), False, "with 'TSM y' reversed 0.0 % are left"),
         (
             lambda p: measured(p, 2, "displacement", dropped(40, 45)),
             True,

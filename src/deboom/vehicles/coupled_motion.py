@@ -552,7 +552,7 @@ def refuse_reversed_channel(mounts: Sequence[Mount], load_case: LoadCase) -> Non
     displacement = load_case.displacement.select(channels).values
     residual = not_rigid(forward, displacement)
     if np.linalg.matrix_rank(forward) == 6 and residual > LARGEST_RESIDUAL:
-        words = _reversed_channel(forward, displacement, channels, residual)
+        words = reversed_channel(forward, displacement, channels, residual)
         if words:
             raise InputError(f"load case {load_case.name}: {_in_words(residual)}: {words}")
 
@@ -569,10 +569,13 @@ def _in_words(residual: float) -> str:
     return f"{share} is not that of a rigid body"
 
 
-def _reversed_channel(
+def reversed_channel(
     forward: RealArray, displacement: ComplexArray, channels: Sequence[str], residual: float
 ) -> str:
-    """Name the channel whose reversal makes the motion rigid; empty where none does."""
+    """Name the channel whose reversal makes the motion rigid; empty where none does.
+
+    - `residual`: part of the displacements (f, s) that is not rigid [1].
+    """
     signs = 1.0 - 2.0 * np.eye(len(channels))
     left = [not_rigid(forward, displacement * row) for row in signs]
     best = int(np.argmin(left))
@@ -609,7 +612,7 @@ def _rigid_motion(
     motion = np.asarray(fit, dtype=np.complex128)
     residual = not_rigid(forward, displacement)
     if residual > LARGEST_RESIDUAL:
-        words = _reversed_channel(forward, displacement, channels, residual)
+        words = reversed_channel(forward, displacement, channels, residual)
         remedy = words or "check the positions, axes and signs of its mounts"
         raise InputError(f"load case {load_case}: {_in_words(residual)}: {remedy}")
     return motion

@@ -19,7 +19,12 @@ from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import Mount
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import forward_matrices
-from deboom.vehicles.coupled_motion import CLEARLY_LESS, LARGEST_RESIDUAL, not_rigid
+from deboom.vehicles.coupled_motion import (
+    CLEARLY_LESS,
+    LARGEST_RESIDUAL,
+    not_rigid,
+    reversed_channel,
+)
 from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.powertrain import Powertrain
 
@@ -229,7 +234,12 @@ def _not_of_a_body(
     }
     best = min(left, key=lambda words: left[words])
     share = f"{100 * residual:.0f} % of the motion of the powertrain's mounts is not that of a "
-    if left[best] < residual / CLEARLY_LESS:
+    channels = [mount.channels(axis)[piece] for mount, piece in pieces for axis in AXES]
+    rest = min(residual, left[best])  # a channel must explain more than any position
+    words = reversed_channel(forward_matrices(places), displacement, channels, rest)
+    if words and residual <= LARGEST_RESIDUAL:  # it moves little; beyond, the runs are refused
+        yield Finding(f"{share}rigid body: {words}")
+    elif left[best] < residual / CLEARLY_LESS:
         certain = residual > LARGEST_RESIDUAL > left[best]
         yield Finding(
             f"{share}rigid body; with the positions' {best} {100 * left[best]:.1f} % are left: "

@@ -1,5 +1,6 @@
 """Characterised mounts and the mount library."""
 
+import contextlib
 import multiprocessing
 import os
 import shutil
@@ -189,7 +190,7 @@ def test_a_damaged_file_is_refused(path, library):
 @pytest.mark.parametrize("table", ["campaign", "mount"])
 def test_a_document_carries_its_units_and_its_damage_is_noticed(path, library, table):
     library.add([campaign()], [wishbone()])
-    with sqlite3.connect(path) as connection:
+    with contextlib.closing(sqlite3.connect(path)) as connection, connection:
         (document,) = connection.execute(f"SELECT document FROM deboom_{table}").fetchone()
         spoilt = document.replace("0", "1", 1)
         connection.execute(f"UPDATE deboom_{table} SET document = ?", (spoilt,))

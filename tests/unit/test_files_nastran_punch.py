@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import time
 from pathlib import Path
 
 import numpy as np
@@ -90,6 +91,7 @@ def modes(folder):
             "scalar point 901 may be acoustic, with a pressure, or a degree of freedom",
         ),
         (edited(".csv", ",901", ",901;902"), "acoustic_points '901;902': give numbers of points"),
+        (edited(".csv", ",901", f",{'9' * 5000}"), "999': give numbers of points with blanks"),
         (
             edited(".csv", "MPa,901", "MPa,901 903"),
             "wagon.csv: subcase 1: acoustic point 903 has no pressure in wagon.pch",
@@ -222,3 +224,15 @@ def test_the_table_of_the_guide_is_read(tmp_path):
         (101, "+y", 1.0),
         (101, "+z", 1.0),
     ]
+
+
+def test_lines_without_numbers_are_passed_over_soon_and_their_number_is_limited(tmp_path):
+    path = delivered(tmp_path)
+    whole = path.read_text()
+    path.write_text("$A = 1\n" * 600_000 + whole)
+    begin = time.process_time()
+    assert len(read_punch(path)) == len(read_punch(delivered(tmp_path)))
+    assert time.process_time() - begin < 5.0  # 13 s where each line copies those before
+    path.write_text("\n" * 2_000_001)
+    with pytest.raises(InputError, match="has more than 2000000 lines"):
+        read_punch(path)

@@ -1,5 +1,6 @@
 """Quantities that limits are stated for, against the model, differences and closed forms."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -155,6 +156,55 @@ def test_derivatives_of_sag_and_travel_are_those_of_closed_forms():
     along = (gradient[..., :9] * designs[:, np.newaxis, :9]).sum(axis=-1)
     np.testing.assert_allclose(along, -values, rtol=1e-6, atol=1e-6)
     assert not gradient[..., 9].any()
+
+
+def fourth_order(response, rows, step=3e-4):
+    """Return derivatives by differences of fourth order, (n, c, k)."""
+    columns = []
+    for move in step * np.eye(rows.shape[1]):
+        near = [response(rows + n * move) for n in (-2, -1, 1, 2)]
+        columns.append((near[0] - 8.0 * near[1] + 8.0 * near[2] - near[3]) / (12.0 * step))
+    return np.stack(columns, axis=-1)
+
+
+@pytest.mark.parametrize("factor", list(Factor))
+def test_derivatives_of_all_quantities_are_those_of_differences(factor):
+    """Two pieces share the factors of one mount, another one is tilted, one direction is fixed."""
+    pair = Mount("E", "", ("left", "right"), ((0.0, 0.5, 0.1), (0.0, 0.4, -0.2)), ("x", "y", "z"))
+    tilted = replace(MOUNTS[2], rotations=((0.1, 0.4, -0.3),))
+    mounts = (pair, MOUNTS[1], tilted)
+    stiff = {name: 1e5 * (1.0 + 0.2 * k) for k, name in enumerate(NAMES)}
+    # four points: no step of a difference leaves the cubic between two of them
+    reach = np.linspace(-20e-3, 20e-3, 4)
+    curves = {
+        name: StaticCurve(*name.split(" "), "M1", reach, k * (reach + 2e3 * reach**3), 0.03)
+        for name, k in stiff.items()
+    }
+    modelled = KinematicModel(mounts, curves)
+    requirements = MountRequirements(
+        (*NAMES[:-1], "E x loss"),
+        (
+            WeightSag(modelled, POWERTRAIN, ("E left", "G", "S")),
+            TorqueTravel(modelled, 900.0, modelled.names, factor),
+            NaturalFrequencies(mounts, POWERTRAIN, stiff),
+            OperatingStiffness(stiff, {"E z": ["E z"], "all z": ["E z", "E z", "G z", "S z"]}),
+        ),
+    )
+    rows = np.random.default_rng(3).uniform(0.8, 1.2, (3, len(NAMES)))
+    values, gradient = requirements(rows), requirements.gradient(rows)
+    expected = fourth_order(requirements, rows)
+    size = np.abs(values).max(axis=0)[:, np.newaxis]
+    np.testing.assert_allclose(gradient / size, expected / size, atol=1e-8)
+    assert np.abs(gradient[..., :-1]).max(axis=(0, 2)).min() > 0.0
+    assert not gradient[..., -1].any()
+    np.testing.assert_array_equal(requirements.gradient(rows[1:2])[0], gradient[1])
+
+
+def test_beyond_a_measured_curve_a_travel_has_no_derivative():
+    modelled = model()
+    travel = of(TorqueTravel(modelled, 9e4, modelled.names))
+    assert np.isnan(travel(np.ones((1, 9)))).all()
+    assert np.isnan(travel.gradient(np.ones((1, 9)))).all()
 
 
 def test_a_common_dynamic_factor_divides_the_travel_and_a_part_rides_into_its_stop():

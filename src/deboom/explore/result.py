@@ -123,6 +123,7 @@ def merge(searches: Sequence[SearchResult]) -> SearchResult:
 RISEN = 0.01
 """Rise up to which nothing counts as louder: that of rounding and of lines beside a peak [dB]."""
 POINT, PICK, NONDOMINATED = "point", "pick", "non-dominated when verified"
+JUDGED_BY = "judged by"
 """Columns of a front's table without a unit; others are those of `FrontColumns`."""
 IN_SEARCH = " in search ["
 """Between the name of an objective and its unit, in a column of what its search saw."""
@@ -287,6 +288,11 @@ class Front(Tabled):
         return self.robust.space.names
 
     @property
+    def judged_by(self) -> str:
+        """What computed the verified values in the place of the true model; empty if that did."""
+        return str(getattr(self.model, "judges", ""))
+
+    @property
     def n_lines(self) -> int:
         """Lines that each response is the sum of; 1 for a model that does not say."""
         return int(getattr(self.model, "n_lines", 1))
@@ -378,6 +384,7 @@ class Front(Tabled):
                 columns.mean_per_line: self.per_line * values.mean_sum,
                 columns.sigma_per_line: self.per_line * values.sigma_sum,
                 **(failing if share.any() else {}),
+                **({JUDGED_BY: self.judged_by} if self.judged_by else {}),
             }
         )
 
@@ -540,6 +547,11 @@ class Front(Tabled):
             f"{len(self.search.front)} are on the front, of which tables and figures have "
             f"{len(self.values)}, those that add most to it and all picks. {self.note}"
         )
+        if self.judged_by:
+            text += (
+                f" Their numbers come from {self.judged_by}, in the search and when verified, and "
+                "not from the model."
+            )
         share = self.survivors[:, 0]
         if share.any():
             text += (

@@ -1,20 +1,22 @@
 """A robust search of costly models: Gaussian processes, infill, and the true model as judge.
 
 The budget is counted in rows of the true model. Most of them train one Gaussian process of
-scikit-learn per response; a search with all draws runs on these, more rows are computed where its
-front is uncertain, and the rest of the budget lets the true model judge the picks.
+scikit-learn per response; a search with all draws runs on these along their gradients, more rows
+are computed where its front is uncertain, and the rest of the budget lets the true model judge the
+picks.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.spatial.distance import cdist
 from scipy.stats import qmc
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
@@ -24,12 +26,13 @@ from sklearn.model_selection import KFold, cross_val_predict
 from deboom.arrays import RealArray, short_repr
 from deboom.common import Progress
 from deboom.errors import InputError
+from deboom.explore.descent import PullBack, converged_front
 from deboom.explore.doe import SAME
 from deboom.explore.front import verification_response
 from deboom.explore.result import Front
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import TRUNCATION, made_terms
-from deboom.explore.search import Store, nsga2, search
+from deboom.explore.search import Store, search
 from deboom.explore.space import (
     DesignSpace,
     Evaluate,
@@ -48,8 +51,8 @@ FIRST = 0.7
 """Share of the training rows that fill the space; uncertain parts of the front get the rest [1]."""
 ROUNDS = 3
 """Rounds of infill."""
-ROUGH = (40, 20)
-"""Population and generations of the search between two rounds."""
+ROUGH = 32
+"""Draws of the search between two rounds."""
 VERIFIED = 256
 """Draws of each scramble with which the surrogate judges its front."""
 FEWEST = 5
@@ -58,8 +61,10 @@ RESTARTS = 2
 """Further starts of the likelihood, from random length scales."""
 FOLDS = 10
 """Parts of the rows, each of which is predicted from the others."""
-JITTER = 1e-8
-"""Added to the diagonal of the correlation matrix, which a smooth kernel makes nearly singular."""
+JITTER, LARGEST = 1e-8, 1e5
+"""Variance that is added to each row, and largest variance of a process, both of responses of
+variance 1: a smooth kernel makes the matrix nearly singular, to within the rounding of the largest.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +73,8 @@ class GaussianProcessModel:
 
     - `variable_names`, `response_names`, `response_unit`, `n_lines`: of the true model.
     - `lower`, `upper` (k,): box of the rows, which is scaled to 0 to 1 [units of the space].
-    - `processes`: one fitted regressor per response, over scaled rows.
+    - `processes`: one fitted regressor per response, over scaled rows, of the response about
+      `offset` (r,) in units of `size` (r,) [response unit].
     - `errors` (r,): root mean square error of each response, cross-validated [response unit].
     - `n_rows`: rows of the true model behind it.
     """
@@ -80,15 +86,46 @@ class GaussianProcessModel:
     lower: RealArray
     upper: RealArray
     processes: tuple[GaussianProcessRegressor, ...]
+    offset: RealArray
+    size: RealArray
     errors: RealArray
     n_rows: int
 
     __repr__ = short_repr
 
+    @property
+    def judges(self) -> str:
+        """What judges a front of this model, in words; see `Front.judged_by`."""
+        return f"Gaussian processes of {self.n_rows} rows"
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether derivatives are exact: those of the kernel are, everywhere."""
+        return True
+
     def __call__(self, designs: RealArray) -> RealArray:
         """Return the predicted responses, shape (n, r) [response unit]."""
         scaled = self._scaled(designs)
-        return np.column_stack([process.predict(scaled) for process in self.processes])
+        return self._summed([terms.sum(axis=1) for terms in self._terms(scaled)])
+
+    def linearised(self, designs: RealArray) -> tuple[RealArray, PullBack]:
+        """Return the predicted responses of designs (n, k), shape (n, r), and their pull-back.
+
+        Row m adds ``a_m = size α_m c² exp(−Σ_k (u_k − u_mk)² / 2 l_k²)`` to a response, whose
+        derivative by ``u_k`` is ``Σ_m a_m (u_mk − u_k) / l_k²``.
+        """
+        scaled, span = self._scaled(designs), self.upper - self.lower
+        every = list(self._terms(scaled))
+        sums = [terms.sum(axis=1) for terms in every]
+
+        def pull_back(weights: RealArray) -> RealArray:
+            slopes = [
+                (terms @ process.X_train_ - total[:, np.newaxis] * scaled) / _lengths(process) ** 2
+                for terms, total, process in zip(every, sums, self.processes, strict=True)
+            ]
+            return np.asarray(np.einsum("onr,rnk->onk", weights, np.array(slopes) / span))
+
+        return self._summed(sums), pull_back
 
     def deviation(self, designs: RealArray) -> RealArray:
         """Return the standard deviation of the prediction of the sum, shape (n,)."""
@@ -97,10 +134,27 @@ class GaussianProcessModel:
             # at a row itself the variance is zero but for rounding
             warnings.filterwarnings("ignore", "Predicted variances smaller than 0")
             parts = [process.predict(scaled, return_std=True)[1] for process in self.processes]
-        return np.asarray(np.sqrt(np.sum(np.square(parts), axis=0)))
+        return np.asarray(np.sqrt(np.sum(np.square(self.size * np.transpose(parts)), axis=1)))
+
+    def _terms(self, scaled: RealArray) -> Iterator[RealArray]:
+        """Give what each row adds to the responses of scaled designs, (n, m) [response unit]."""
+        for process, size in zip(self.processes, self.size, strict=True):
+            lengths = _lengths(process)
+            terms = cdist(scaled / lengths, process.X_train_ / lengths, "sqeuclidean")
+            np.exp(np.multiply(terms, -0.5, out=terms), out=terms)
+            terms *= size * process.kernel_.k1.constant_value * process.alpha_
+            yield terms
+
+    def _summed(self, sums: Sequence[RealArray]) -> RealArray:
+        return np.asarray(self.offset + np.column_stack(sums))
 
     def _scaled(self, designs: RealArray) -> RealArray:
         return np.asarray((np.asarray(designs) - self.lower) / (self.upper - self.lower))
+
+
+def _lengths(process: GaussianProcessRegressor) -> RealArray:
+    """Return the length scale of each scaled variable, shape (k,) [1]."""
+    return np.asarray(process.kernel_.k2.length_scale)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,14 +164,14 @@ class SurrogateFront(Tabled):
     Parameters
     ----------
     front : Front
-        Searched and verified on the surrogate; its ``note`` says so.
+        Searched and verified on the surrogate, as its ``table`` and ``text`` say.
     surrogate : GaussianProcessModel
         The surrogate, with its cross-validated errors.
     designs, responses : array, shape (n, k) and (n, r)
         All rows that the true model computed; NaN where it failed.
     judged : pandas.DataFrame
-        One row per pick: mean and sigma sums by the true model with their standard errors, and by
-        the surrogate alone.
+        One row per pick: mean and sigma sums by the model with their standard errors, and by the
+        surrogate alone.
     """
 
     front: Front
@@ -248,26 +302,25 @@ def surrogate_search(
             count = (n_train - len(rows.designs)) // (ROUNDS - number)
             if count < 1:
                 continue
-            robust = Robust(surrogate, space, draws=draws, seed=seed)
-            rough = nsga2(robust, *ROUGH, seed=seed + number)
-            rows.compute(_infill(robust, surrogate, rough.front.designs, count, seed, number),
+            robust = Robust(surrogate, space, draws=min(draws, ROUGH), seed=seed)
+            rough = converged_front(robust, seed=seed + number)
+            rows.compute(_infill(robust, surrogate, rough, count, seed, number),
                          f"infill {number + 1}")  # fmt: skip
-            surrogate = _fitted(model, rows, lower, upper, seed)
+            surrogate = _fitted(model, rows, lower, upper, seed, surrogate)
         robust = Robust(surrogate, space, draws=draws, seed=seed)
         front = search(
             robust,
             population=population,
             generations=generations,
             seed=seed,
-            polish=False,
             verified_with=VERIFIED,
         )
         n_trained = len(rows.designs)
         judged = _judged(front, rows, n_judged, seed)
     front = replace(
         front,
-        note=f"Searched and judged on Gaussian processes of {surrogate.n_rows} rows of the model; "
-        f"the model itself judged the picks with {len(rows.designs) - n_trained} more.",
+        note=f"{front.note} The model itself judged the picks with "
+        f"{len(rows.designs) - n_trained} further rows.",
     )
     return SurrogateFront(front, surrogate, rows.designs, rows.values, judged)
 
@@ -347,9 +400,17 @@ def _rows(
 
 
 def _fitted(
-    model: Evaluate, rows: _Rows, lower: RealArray, upper: RealArray, seed: int
+    model: Evaluate,
+    rows: _Rows,
+    lower: RealArray,
+    upper: RealArray,
+    seed: int,
+    before: GaussianProcessModel | None = None,
 ) -> GaussianProcessModel:
-    """Return Gaussian processes through all rows that could be computed."""
+    """Return Gaussian processes through all rows that could be computed.
+
+    Those of fewer rows, if there are any, are where the likelihood is maximised from.
+    """
     ok = np.isfinite(rows.values).all(axis=1)
     if ok.sum() < 2 * len(lower):
         why = f", such as by '{rows.messages[0]}'" if rows.messages else ""
@@ -358,10 +419,16 @@ def _fitted(
             "design alone and check the bounds of the design space"
         )
     scaled = (rows.designs[ok] - lower) / (upper - lower)
+    offset, spread = rows.values[ok].mean(axis=0), rows.values[ok].std(axis=0)
+    size = np.where(spread > 0.0, spread, 1.0)
+    kernels = [None] * size.size if before is None else [each.kernel_ for each in before.processes]
     with warnings.catch_warnings():
         # a likelihood that stops a little early does no harm, and the errors tell
         warnings.simplefilter("ignore", ConvergenceWarning)
-        pairs = [_process(scaled, values, seed) for values in rows.values[ok].T]
+        pairs = [
+            _process(scaled, values, seed, kernel)
+            for values, kernel in zip(((rows.values[ok] - offset) / size).T, kernels, strict=True)
+        ]
     return GaussianProcessModel(
         variable_names=tuple(model.variable_names),
         response_names=tuple(model.response_names),
@@ -370,26 +437,28 @@ def _fitted(
         lower=lower,
         upper=upper,
         processes=tuple(process for process, _ in pairs),
-        errors=np.array([error for _, error in pairs]),
+        offset=offset,
+        size=size,
+        errors=size * [error for _, error in pairs],
         n_rows=int(ok.sum()),
     )
 
 
 def _process(
-    scaled: RealArray, values: RealArray, seed: int
+    scaled: RealArray, values: RealArray, seed: int, before: Any = None
 ) -> tuple[GaussianProcessRegressor, float]:
-    """Return the process through values (n,) over scaled rows, and its cross-validated error."""
-    kernel = ConstantKernel(1.0, (1e-3, 1e7)) * RBF(np.ones(scaled.shape[1]), (0.05, 1e3))
+    """Return the process through values (n,) over scaled rows, and its cross-validated error.
+
+    - `before`: kernel of fewer rows, from which the likelihood is maximised alone.
+    """
+    first = ConstantKernel(1.0, (1e-3, LARGEST)) * RBF(np.ones(scaled.shape[1]), (0.05, 1e3))
     process = GaussianProcessRegressor(
-        kernel,
+        before or first,
         alpha=JITTER,
-        normalize_y=True,
-        n_restarts_optimizer=RESTARTS,
+        n_restarts_optimizer=RESTARTS if before is None else 0,
         random_state=seed,
     ).fit(scaled, values)
-    fixed = GaussianProcessRegressor(
-        process.kernel_, alpha=JITTER, normalize_y=True, optimizer=None
-    )
+    fixed = GaussianProcessRegressor(process.kernel_, alpha=JITTER, optimizer=None)
     folds = KFold(FOLDS, shuffle=True, random_state=seed)
     beyond = cross_val_predict(fixed, scaled, values, cv=folds) - values
     return process, float(np.sqrt(np.mean(beyond**2)))
@@ -413,7 +482,7 @@ def _infill(
                             size=4)] for row in designs)])  # fmt: skip
     deviation = surrogate.deviation(candidates)
     scaled = (candidates - surrogate.lower) / (surrogate.upper - surrogate.lower)
-    scales = np.mean([process.kernel_.k2.length_scale for process in surrogate.processes], axis=0)
+    scales = np.mean([_lengths(process) for process in surrogate.processes], axis=0)
     taken: list[int] = []
     for _ in range(min(count, len(candidates))):
         best = int(np.argmax(deviation))
@@ -446,9 +515,9 @@ def _judged(front: Front, rows: _Rows, n_rows: int, seed: int) -> pd.DataFrame:
         table.append(
             {
                 "pick": " = ".join(names),
-                f"mean sum [{unit}]": numbers[0],
+                f"mean sum by the model [{unit}]": numbers[0],
                 f"standard error of mean sum [{spread}]": numbers[1],
-                f"sigma sum [{spread}]": numbers[2],
+                f"sigma sum by the model [{spread}]": numbers[2],
                 f"standard error of sigma sum [{spread}]": numbers[3],
                 f"mean sum by the surrogate [{unit}]": front.values.mean_sum[row],
                 f"sigma sum by the surrogate [{spread}]": front.values.sigma_sum[row],

@@ -44,6 +44,8 @@ _QUANTITIES = {
 }
 """Title of a block to what it holds."""
 _SI = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "pressure": "Pa"}
+MOST_LINES = 2_000_000
+"""Lines of a file that is read; of full length, the largest text has half of them."""
 _SHORT_EXPONENT = re.compile(r"(?<=\d)([+-]\d{3})$")
 """Exponents of three digits, which are written without an E."""
 
@@ -83,10 +85,10 @@ class LoadRow(TableRow):
         for what, si in (("length", "m"), ("pressure", "Pa")):
             if parse_unit(getattr(self, what), si).si != si:
                 raise InputError(f"'{getattr(self, what)}' is no unit of {what}: use {si} or such")
-        if not re.fullmatch(r"[1-9]\d*( +[1-9]\d*)*|", self.acoustic_points):
+        if not re.fullmatch(r"[1-9][0-9]{0,8}( +[1-9][0-9]{0,8})*|", self.acoustic_points):
             raise InputError(
-                f"acoustic_points '{self.acoustic_points}': give numbers of points with blanks "
-                "between, such as '900001 900002'"
+                f"acoustic_points '{self.acoustic_points[:40]}': give numbers of points with "
+                "blanks between, such as '900001 900002'"
             )
 
 
@@ -207,14 +209,14 @@ def functions_of_results(
 
 @dataclass(frozen=True)
 class _Block:
-    """What the title lines above numbers say; `other`: keys without a meaning for functions."""
+    """What the title lines above numbers say; `modes`: that they are those of eigenvalues."""
 
     title: str = ""
     polar: bool | None = None
     subcase: int = 1
     frequency: float | None = None
     point: int | None = None
-    other: str = ""
+    modes: bool = False
 
 
 @dataclass(frozen=True)
@@ -232,7 +234,9 @@ class _Entry:
 
 def _entries(path: Path, text: str) -> Iterator[_Entry]:
     block, seen = _Block(), set[str]()
-    lines = text.splitlines()
+    lines = text.replace("\r\n", "\n").split("\n", MOST_LINES)
+    if len(lines) > MOST_LINES:
+        raise InputError(f"{path} has more than {MOST_LINES} lines, of 80 characters: punch again")
     number = 0
     while number < len(lines):
         line = lines[number]
@@ -275,13 +279,15 @@ def _titled(path: Path, number: int, block: _Block, line: str) -> _Block:
     if key.endswith(" OUTPUT"):
         forms = {"REAL-IMAGINARY": False, "MAGNITUDE-PHASE": True}
         return replace(block, polar=forms.get(key.removesuffix(" OUTPUT")))
-    return replace(block, other=f"{block.other} {key}") if has_value else replace(block, title=key)
+    if has_value:
+        return replace(block, modes=True) if "EIGENVALUE" in key else block
+    return replace(block, title=key)
 
 
 def _entry(path: Path, number: int, block: _Block, lines: Sequence[str]) -> _Entry:
     where = f"{path} line {number}"
     if block.polar is None or (block.frequency is None and block.point is None):
-        kind = "modes" if "EIGENVALUE" in block.other else "results that are not over frequency"
+        kind = "modes" if block.modes else "results that are not over frequency"
         raise InputError(
             f"{where}: {block.title.lower()} of {kind}: punch the complex results of a frequency "
             "response"

@@ -29,7 +29,7 @@ from deboom.vehicles.amplitude_motion import AmplitudeMotion
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.design_factor import Factor
-from deboom.vehicles.fleet import LOSS_SUFFIX, Band, PathContributions, lines_inside
+from deboom.vehicles.fleet import Band, PathContributions, lines_inside
 from deboom.vehicles.platform import MissingLibrary, Runs
 from deboom.vehicles.powertrain import KinematicModel, Powertrain, mount_forward
 
@@ -226,29 +226,35 @@ class MountRequirements:
         - returns (n, c): [unit of each quantity]; nan where a curve was not measured that far.
         - raises InputError: designs of another shape, not finite or not above 0.
         """
-        rows = checked_designs(designs, self.variable_names)
-        if np.any(rows <= 0.0):
-            raise InputError("a stiffness factor of 0 or less carries nothing: give more than 0")
-        given = zip(self.variable_names, rows.T, strict=True)
-        factors = defaultdict(lambda: np.ones(len(rows)), given)
+        factors = self._factors(designs)
         return np.hstack([quantity(factors) for quantity in self.quantities])
 
     def gradient(self, designs: npt.ArrayLike) -> RealArray:
         """Return the derivatives, shape (n, c, k) [unit of each quantity per unit factor].
 
-        By central differences, all designs and variables in one call: Newton's method finds the
-        equilibria of all rows together. Loss factors move no quantity.
+        Exact where the quantities are smooth: between the measured points of a static curve, and
+        for modes of different frequencies. A variable that no quantity knows, such as a loss
+        factor, has none.
         """
-        rows = checked_designs(designs, self.variable_names)
-        elastic = [
-            k for k, name in enumerate(self.variable_names) if not name.endswith(LOSS_SUFFIX)
-        ]
-        moves = DIFFERENCE * np.eye(rows.shape[1])[elastic]
-        near = np.stack([rows[:, np.newaxis] + moves, rows[:, np.newaxis] - moves])
-        above, below = self(near.reshape(-1, rows.shape[1])).reshape(*near.shape[:3], -1)
-        gradient = np.zeros((len(rows), above.shape[-1], rows.shape[1]))
-        gradient[..., elastic] = np.swapaxes((above - below) / (2.0 * DIFFERENCE), 1, 2)
+        factors = self._factors(designs)
+        n = len(factors[self.variable_names[0]])
+        gradient = np.zeros((n, len(self.response_names), len(self.variable_names)))
+        first = 0
+        for quantity in self.quantities:
+            rows = slice(first, first + len(quantity.names))
+            for name, slopes in quantity.slopes(factors).items():
+                if name in self.variable_names:
+                    gradient[:, rows, self.variable_names.index(name)] = slopes
+            first = rows.stop
         return gradient
+
+    def _factors(self, designs: npt.ArrayLike) -> Mapping[str, RealArray]:
+        """Return the factors (n,) by variable, 1 of any other direction."""
+        rows = checked_designs(designs, self.variable_names)
+        if np.any(rows <= 0.0):
+            raise InputError("a stiffness factor of 0 or less carries nothing: give more than 0")
+        given = zip(self.variable_names, rows.T, strict=True)
+        return defaultdict(lambda: np.ones(len(rows)), given)
 
 
 @dataclass(frozen=True, eq=False)
@@ -277,13 +283,32 @@ class WeightSag:
 
     def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
         """Return the sag, shape (n, n_mount) [mm]."""
+        downward, _, load = self.linear
+        position = np.linalg.solve(self._stiffness(factors), load[:, np.newaxis])[..., 0]
+        return np.asarray(-MILLIMETRES * (position @ downward.T)[:, self._columns])
+
+    def slopes(self, factors: Mapping[str, RealArray]) -> dict[str, RealArray]:
+        """Return the derivatives (n, n_mount) by variable [mm].
+
+        ``K q = load`` gives ``∂q/∂x_d = −K⁻¹ v_d k_d (v_dᵀ q)`` for a direction d with the tangent
+        ``k_d`` along ``v_d``.
+        """
         downward, tangents, load = self.linear
+        forward, stiffness = self.model.forward, self._stiffness(factors)
+        # row by row, as in `balanced_deflection`: no row is rounded by those beside it
+        deflection = forward @ np.linalg.solve(stiffness, load[:, np.newaxis])
+        moved = np.linalg.solve(stiffness, -forward.T * tangents) * np.swapaxes(deflection, 1, 2)
+        return _by_variable(self.model.mounts, -MILLIMETRES * downward[self._columns] @ moved)
+
+    def _stiffness(self, factors: Mapping[str, RealArray]) -> RealArray:
+        """Return the stiffness of the powertrain on its mounts, shape (n, 6, 6)."""
         forward = self.model.forward
-        stiffness = _of_directions(self.model.mounts, factors) * tangents
-        matrix = forward.T @ (stiffness[..., np.newaxis] * forward)
-        position = np.linalg.solve(matrix, load[:, np.newaxis])[..., 0]
-        columns = [self.model.column(f"{mount} z") for mount in self.mounts]
-        return np.asarray(-MILLIMETRES * (position @ downward.T)[:, columns])
+        stiffness = _of_directions(self.model.mounts, factors) * self.linear[1]
+        return np.asarray(forward.T @ (stiffness[..., np.newaxis] * forward))
+
+    @property
+    def _columns(self) -> list[int]:
+        return [self.model.column(f"{mount} z") for mount in self.mounts]
 
     @property
     def linear(self) -> tuple[RealArray, RealArray, RealArray]:
@@ -325,6 +350,29 @@ class TorqueTravel:
 
     def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
         """Return the travel, shape (n, n_direction) [mm]; nan beyond what was measured."""
+        return MILLIMETRES * self._balanced(factors)[0][:, self._columns]
+
+    def slopes(self, factors: Mapping[str, RealArray]) -> dict[str, RealArray]:
+        """Return the derivatives (n, n_direction) by variable [mm]; nan beyond what was measured.
+
+        ``Vᵀ f(x, V q) = load`` gives ``∂q/∂x_d = −K⁻¹ v_d ∂f_d/∂x_d`` with the tangent stiffness
+        ``K = Vᵀ diag(∂f/∂u) V``.
+        """
+        deflection, stretch, gain = self._balanced(factors)
+        forward, slope = self.model.forward, self.model.slope(stretch * deflection)
+        if self.factor is Factor.part:
+            by_factor = self.model.force(deflection)
+        else:
+            by_factor = slope * deflection
+        stiffness = forward.T @ ((gain * stretch * slope)[..., np.newaxis] * forward)
+        moved = np.linalg.solve(stiffness, -forward.T * by_factor[:, np.newaxis])
+        return _by_variable(self.model.mounts, MILLIMETRES * forward[self._columns] @ moved)
+
+    def _balanced(self, factors: Mapping[str, RealArray]) -> tuple[RealArray, RealArray, RealArray]:
+        """Return deflections, nan beyond what was measured, and what stretches and gains forces.
+
+        - returns (n, n_direction) thrice [m], [1], [1].
+        """
         scale = _of_directions(self.model.mounts, factors)
         # F(x u) for the dynamic stiffness, x F(u) for the part
         stretch, gain = scale, np.ones_like(scale)
@@ -333,8 +381,11 @@ class TorqueTravel:
         torque = np.full(len(scale), self.wheel_torque)
         deflection = self.model.balanced(torque, stretch, gain)
         beyond = self.model.outside(stretch * deflection).any(axis=1, keepdims=True)
-        columns = [self.model.column(name) for name in self.directions]
-        return MILLIMETRES * np.where(beyond, np.nan, deflection)[:, columns]
+        return np.where(beyond, np.nan, deflection), stretch, gain
+
+    @property
+    def _columns(self) -> list[int]:
+        return [self.model.column(name) for name in self.directions]
 
 
 @dataclass(frozen=True, eq=False)
@@ -371,13 +422,33 @@ class NaturalFrequencies:
 
     def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
         """Return the natural frequencies, shape (n, n_mode) [Hz]."""
-        return np.asarray(self.solved(factors)[0][:, [mode - 1 for mode in self.modes]])
+        return np.asarray(self.solved(factors)[0][:, self._columns])
+
+    def slopes(self, factors: Mapping[str, RealArray]) -> dict[str, RealArray]:
+        """Return the derivatives (n, n_mode) by variable [Hz].
+
+        ``∂(ω²)/∂x_d = k_d (v_dᵀ ψ)²`` for a mode ψ with ``ψᵀ M ψ = 1``.
+        """
+        frequency, shapes = self.solved(factors)
+        moved = (mount_forward(self.mounts) @ shapes)[..., self._columns]
+        stiffness = _of_directions(self.mounts, self._nominal)[..., np.newaxis]
+        slopes = stiffness * moved**2 / (8.0 * np.pi**2 * frequency[:, np.newaxis, self._columns])
+        return _by_variable(self.mounts, np.swapaxes(slopes, 1, 2))
+
+    @property
+    def _columns(self) -> list[int]:
+        return [mode - 1 for mode in self.modes]
+
+    @property
+    def _nominal(self) -> Mapping[str, RealArray]:
+        return {name: np.array([value]) for name, value in self.stiffness.items()}
 
     def solved(self, factors: Mapping[str, RealArray]) -> tuple[RealArray, RealArray]:
         """Return all natural frequencies (n, 6) [Hz] and shapes (n, 6, mode), see rigid_body."""
         positions = [position for mount in self.mounts for position in mount.positions]
-        nominal = {name: np.array([value]) for name, value in self.stiffness.items()}
-        stiffness = _of_directions(self.mounts, nominal) * _of_directions(self.mounts, factors)
+        stiffness = _of_directions(self.mounts, self._nominal) * _of_directions(
+            self.mounts, factors
+        )
         turns = None
         if any(mount.tilted_pieces for mount in self.mounts):
             pieces = [(mount, piece) for mount in self.mounts for piece in range(len(mount.pieces))]
@@ -420,9 +491,21 @@ class OperatingStiffness:
         ]
         return N_PER_MM * np.column_stack(columns)
 
+    def slopes(self, factors: Mapping[str, RealArray]) -> dict[str, RealArray]:
+        """Return the derivatives (n, n_sum) by variable [N/mm]."""
+        sums = [list(variables) for variables in self.sums.values()]
+        return {
+            name: np.outer(
+                np.ones_like(factors[name]),
+                [N_PER_MM * self.stiffness[name] * variables.count(name) for variables in sums],
+            )
+            for name in sorted({name for variables in sums for name in variables})
+        }
+
 
 Quantity = WeightSag | TorqueTravel | NaturalFrequencies | OperatingStiffness
-"""Some numbers of a design: their names, their unit, and a call with the factors by variable."""
+"""Some numbers of a design: their names, their unit, a call with the factors by variable, and their
+derivatives."""
 
 
 def _blocks(n_designs: int) -> Iterator[slice]:
@@ -443,6 +526,15 @@ def _of_directions(mounts: Sequence[Mount], values: Mapping[str, RealArray]) -> 
     """Return the values of every direction of every piece, shape (n, n_direction)."""
     names = [name for mount in mounts for _ in mount.pieces for name in mount.variables]
     return np.column_stack([values[name] for name in names])
+
+
+def _by_variable(mounts: Sequence[Mount], slopes: RealArray) -> dict[str, RealArray]:
+    """Return derivatives by every direction, (..., n_direction), summed up by variable, (...)."""
+    names = [name for mount in mounts for _ in mount.pieces for name in mount.variables]
+    by_variable: dict[str, RealArray] = {}
+    for place, name in enumerate(names):
+        by_variable[name] = by_variable.get(name, 0.0) + slopes[..., place]
+    return by_variable
 
 
 class LimitedLevel(Enum):

@@ -303,7 +303,7 @@ def surrogate_search(
             if count < 1:
                 continue
             robust = Robust(surrogate, space, draws=min(draws, ROUGH), seed=seed)
-            rough = converged_front(robust, seed=seed + number)
+            rough = converged_front(robust, seed=seed + number).designs
             rows.compute(_infill(robust, surrogate, rough, count, seed, number),
                          f"infill {number + 1}")  # fmt: skip
             surrogate = _fitted(model, rows, lower, upper, seed, surrogate)

@@ -351,8 +351,9 @@ def caught_for_good(cases: Sequence[tuple[Mutant, list[str], float]]) -> list[bo
             verdicts[number] = verdict
             output = CACHE / "output" / f"{place}.txt"
             text = output.read_text(errors="replace") if verdict else ""
-            if line := re.search(r"^(?:FAILED|ERROR) (\S+)", text, flags=re.M):
-                failed[number] = line[1]
+            if line := re.search(r"^(?:FAILED|ERROR) (.*)", text, flags=re.M):
+                names = [test for test in shown[place][1] if line[1].startswith(test)]
+                failed[number] = max(names, key=len, default=line[1].split()[0])
         doubtful = sorted({*failed.values()} - fit)
         mutant = cases[0][0]
         whole = replace(mutant, text=mutant.path.read_text(encoding="utf-8"))

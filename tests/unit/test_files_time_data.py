@@ -5,6 +5,7 @@ import re
 import shutil
 import struct
 import sys
+import time
 from functools import partial
 from pathlib import Path
 
@@ -553,6 +554,33 @@ def test_a_broken_file_ends_in_a_sentence(tmp_path, fault):
         read_time_signals(path, names)
     assert path.stem in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_special_headers_without_an_end_are_read_once(tmp_path):
+    """Each looked for its end through the whole file: 29 s for 400 kB."""
+    path = tmp_path / "run.lvm"
+    path.write_text("LabVIEW Measurement\t\n" + "***Start_Special***\n" * 20_000)
+    begin = time.process_time()
+    with pytest.raises(InputError, match="has 0 segments"):
+        read_time_signals(path, ["A1 x"])
+    assert time.process_time() - begin < 5.0
+
+
+@pytest.mark.parametrize(
+    ("write", "ending", "limit", "sentence"),
+    [
+        (lvm, "lvm", "time_data.MOST_CELLS", "has more than 100 cells: save a shorter record"),
+        (lvm, "lvm", "time_data.LARGEST_LVM", "at most 0 MiB are read"),
+        (wav, "wav", "disk.MOST_NUMBERS", "announces 192 numbers, at most 100 are read"),
+    ],
+)
+def test_what_would_fill_the_memory_is_refused(
+    tmp_path, monkeypatch, write, ending, limit, sentence
+):
+    write(tmp_path / f"run.{ending}", SIGNALS, TIME)
+    monkeypatch.setattr(f"deboom.files.{limit}", 100)
+    with pytest.raises(InputError, match=sentence):
+        read_time_signals(tmp_path / f"run.{ending}", list(SIGNALS))
 
 
 @pytest.mark.parametrize(

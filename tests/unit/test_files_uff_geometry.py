@@ -189,6 +189,16 @@ def test_modes_that_would_fill_the_memory_are_refused(tmp_path, monkeypatch):
         read_uff_modes(tmp_path / "modes.uff")
 
 
+def test_files_of_too_many_or_too_large_sets_are_refused(tmp_path, monkeypatch):
+    write_uff_modes(tmp_path / "modes.uff", drawn_modes())
+    monkeypatch.setattr("deboom.files.uff.LARGEST_TEXT", 1000)
+    with pytest.raises(InputError, match="MiB of data sets 55, at most 0 MiB are read"):
+        read_uff_modes(tmp_path / "modes.uff")
+    monkeypatch.setattr("deboom.files.uff.MOST_SETS", 2)
+    with pytest.raises(InputError, match=r"modes.uff: there are more than 2 data sets"):
+        read_uff_modes(tmp_path / "modes.uff")
+
+
 class Model:
     """What `modes_at_nodes` reads of a modal model."""
 

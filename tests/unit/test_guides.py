@@ -27,8 +27,8 @@ from deboom.files.time_data import WavChannel
 from deboom.files.uff import UffFunction, write_sets, write_uff
 from deboom.files.units import parse_unit
 from deboom.mounts.response_surface import KelvinVoigtModel, StiffnessSamples
-from deboom.pages import live_model, sensitivity
-from deboom.pages.front import PANELS
+from deboom.pages import live_model
+from deboom.pages.front import CELLS, PANELS
 from deboom.plot import levels
 from deboom.report import interactive, live
 from deboom.report.report import MOST_ROWS
@@ -543,7 +543,7 @@ LIMITS = [
     ("large-fleets", r"all \| the (\d+) that gain least", PANELS),
     ("large-fleets", r"the (\d+) vehicles that a stiffness changes most", PANELS),
     ("large-fleets", r"(\d+) to a row, at most", PANELS),
-    ("large-fleets", r"to a row, at most (\d+)", sensitivity.CELLS),
+    ("large-fleets", r"to a row, at most (\d+)", CELLS),
     ("large-fleets", r"the same within (\d+) inches", levels._TALLEST),
     ("large-fleets", r"more than (\d+ 000) rows", MOST_ROWS),
     ("large-fleets", r"stays below (\d+) MB", interactive.MAX_BYTES / 1e6),

@@ -22,7 +22,7 @@ from scipy.signal import resample_poly
 
 from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.errors import InputError, naming
-from deboom.files.disk import kind_of, library, read_bytes, refuse_announced
+from deboom.files.disk import MEBIBYTE, kind_of, library, read_bytes, refuse_announced
 from deboom.files.function_table import SAME_LINE, TIME_SIGNAL, matlab_table, same_lines
 from deboom.files.rows import CampaignChannel
 from deboom.files.schema import noting, telling
@@ -475,6 +475,7 @@ def _wav(path: Path) -> _Channels:
     if data[:4] in (b"RIFF", b"RF64") and len(data) < stated:
         raise InputError(f"{path} has {len(data)} of {stated} bytes: copy it again")
     rate, tracks = wavfile.read(io.BytesIO(data))
+    refuse_announced(str(path), tracks.size)
     tracks = tracks[:, np.newaxis] if tracks.ndim == 1 else tracks
     table = path.with_suffix(".csv")
     if not table.is_file():
@@ -498,21 +499,27 @@ def _wav(path: Path) -> _Channels:
 
 
 _END = "***End_of_Header***"
-_SPECIAL = re.compile(
-    r"^\*\*\*Start_Special\*\*\*.*?^\*\*\*End_Special\*\*\*[^\n]*\n?", re.M | re.S
-)
+_BEGIN_SPECIAL, _END_SPECIAL = "***Start_Special***", "***End_Special***"
+LARGEST_LVM = 128 * MEBIBYTE
+"""Largest LVM file that is read; text takes many times its size of memory [bytes]."""
+MOST_CELLS = 12_000_000
+"""Cells of an LVM file that are read; of usual width, the largest file has as many."""
 _COMMENT = "Comment"
 """Name of the last column, which LabVIEW writes behind the channels."""
 
 
 def _lvm(path: Path) -> _Channels:
     """LabVIEW's text: a header of the file, one of the segment, names, and a line per sample."""
-    data = read_bytes(path)
+    data = read_bytes(path, LARGEST_LVM)
+    if sum(map(data.count, (b"\t", b",", b"\n", b"\r"))) > MOST_CELLS:
+        raise InputError(
+            f"{path} has more than {MOST_CELLS} cells: save a shorter record, or a TDMS file"
+        )
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:  # LabVIEW writes in the code page of its machine
         text = data.decode("cp1252", errors="replace")
-    lines = _SPECIAL.sub("", text.replace("\r\n", "\n").replace("\r", "\n")).split("\n")
+    lines = _without_special(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
     ends = [k for k, line in enumerate(lines) if line.strip().startswith(_END)]
     if len(ends) != 2:
         begun = [line[5:].split("\t")[0] for line in lines[sum(ends[:1]) :] if line[:4] == "Time"]
@@ -531,6 +538,18 @@ def _lvm(path: Path) -> _Channels:
     )
     for k, name in enumerate(segment.names):
         yield name, partial(segment.channel, k)
+
+
+def _without_special(lines: Sequence[str]) -> list[str]:
+    """Leave out the blocks of LabVIEW's special headers, with the lines that begin and end them."""
+    kept: list[str] = []
+    inside = False
+    for line in lines:
+        inside = inside or line.startswith(_BEGIN_SPECIAL)
+        if not inside:
+            kept.append(line)
+        inside = inside and not line.startswith(_END_SPECIAL)
+    return kept
 
 
 @dataclass(frozen=True)

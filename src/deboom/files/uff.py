@@ -21,6 +21,7 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError, naming
 from deboom.files.disk import (
     LARGEST_FILE,
+    LARGEST_TEXT,
     MEBIBYTE,
     kind_of,
     opened_file,
@@ -487,6 +488,8 @@ _BEFORE_NEXT_SET = re.compile(rb"    -1 *(?=\s*(?:\Z|    -1 *[\r\n]))")
 _BLANKS_OF_ROW = re.compile(rb" +(?=[\r\n]|\Z)")
 _EXPONENT_OF_FORTRAN = re.compile(rb"(\d)[dD]([+-]?\d)")
 _LINES_OF_HEADER = re.compile(rb"(?:[^\r\n]*(?:\r\n|\r|\n)){13}")
+MOST_SETS = 100_000
+"""Data sets of a file that is read; each costs time, however small it is."""
 _LONGEST_HEADER = 8192
 """Bytes within which the header of a set ends."""
 _DATA_TYPES, _SINGLE, _COMPLEX = (2, 4, 5, 6), (2, 5), (5, 6)
@@ -589,6 +592,12 @@ def read_sets(
     """
     file = _opened(path)
     sets_in_file = [int(kind) for kind in file.get_set_types()]
+    size = sum(file.size_of(index) for index, kind in enumerate(sets_in_file) if kind in kinds)
+    if size > LARGEST_TEXT:
+        raise InputError(
+            f"{path} has {size / MEBIBYTE:.0f} MiB of data sets {', '.join(map(str, kinds))}, at "
+            f"most {LARGEST_TEXT / MEBIBYTE:.0f} MiB are read: export fewer nodes"
+        )
     sets = [_content(path, index, file) for index, kind in enumerate(sets_in_file) if kind in kinds]
     return tuple(sets), _scale(path, file, sets_in_file)
 
@@ -696,6 +705,11 @@ class _Sets(pyuff.UFF):
         self._refreshed = True
         return True
 
+    def size_of(self, index: int) -> int:
+        """Return the size of a set [bytes]."""
+        start, last = self._block_ind[index]
+        return int(last) + 1 - int(start)
+
     def read_binary(self, index: int) -> Any:
         """Read the header of a binary set by pyuff, and its numbers without one object for each."""
         if not self._set_formats[index]:
@@ -775,6 +789,10 @@ def _set_ends(data: Any) -> tuple[list[tuple[int, int]], bool]:
         end = _end_of_set(data, start.start())
         if end is None:
             return ends, False
+        if len(ends) == MOST_SETS:
+            raise InputError(
+                f"there are more than {MOST_SETS} data sets: export fewer functions to a file"
+            )
         ends.append((start.start(), end.start()))
         start = _SEPARATOR.search(data, end.end())
     return ends, True
@@ -813,7 +831,7 @@ def _opened(path: Path) -> Any:
             f"{path} is not a UFF file: it has no line with -1 in columns 5 and 6, it is "
             f"{kind_of(path)}; export it as UFF, data set 58"
         )
-    with _quiet():
+    with naming(path), _quiet():
         file = _Sets(str(path))
     if not file.is_whole:
         raise InputError(f"{path} is truncated: its last set does not end; export it again")

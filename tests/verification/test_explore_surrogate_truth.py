@@ -127,8 +127,8 @@ def test_a_surrogate_front_says_who_judged_it(searched, tmp_path):
     assert words in front.text
     assert "The model itself judged the picks with" in front.text
     assert words in front._repr_html_()
-    FrontTable.of(front).write(tmp_path)
-    assert set(FrontTable.read(tmp_path).table["judged by"]) == {words}
+    saved = deboom.save_run(front, tmp_path)
+    assert set(FrontTable.read(saved.folder).table["judged by"]) == {words}
     assert "by the surrogate [" in searched[-1]._repr_html_()
     again = deboom.verify(front, draws=64, seed=3)
     assert again.judged_by == words

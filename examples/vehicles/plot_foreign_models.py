@@ -75,9 +75,9 @@ assert off.max() < 0.043
 assert share.max() < 0.037
 
 # %%
-# `deboom.surrogate_search` does all of this within a budget of rows: it places them, adds rows where
-# the front is uncertain, shows the cross-validated error of each response, and lets the model judge
-# the picks.
+# `deboom.surrogate_search` does all of this within a budget of rows: it places them, adds rows
+# where the front is uncertain, shows the cross-validated error of each response, and lets the model
+# judge the picks.
 
 square = deboom.ResponseFunction(lambda x: (x - [0.9, 1.1]) ** 2, ("a", "b"), ("y", "z"), "dB")
 costly = deboom.surrogate_search(square, square.design_space(), budget=100, draws=32)

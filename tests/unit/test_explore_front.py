@@ -319,6 +319,26 @@ def test_picks_that_keep_what_today_has():
     assert "none-louder" not in selection.pick(vehicles((2, 11, 5), (10, 10, 4)), today)
 
 
+def test_picks_of_three_objectives_by_hand():
+    """Distances to the ideal point (0, 0, 0) in a box of 10: 1.04, 0.44, 0.93, 0.62 and 1.41."""
+
+    def values(*points):
+        objectives, zeros = np.array(points, float), np.zeros(len(points))
+        each = zeros[:, None]
+        return RobustValues(
+            objectives, each, each, *[zeros] * 4, zeros > 0.0, objectives=objectives
+        )
+
+    front = values((0, 3, 10), (2, 2, 3.4), (4, 0, 8.4), (6, 1, 1), (10, 10, 0))
+    names = ("mean a", "mean b", "sigma")
+    picked = {"best-mean a": 0, "best-mean b": 2, "best-sigma": 4, "nearest-to-ideal": 1}
+    assert selection.pick_of_any(front, names) == picked
+    today = values((6, 3, 3.4))  # designs 1 and 3 are nowhere worse
+    assert selection.pick_of_any(front, names, today) == picked | {"none-worse": 1}
+    without = values((1, 3, 3.4))
+    assert "none-worse" not in selection.pick_of_any(front, names, without)
+
+
 def test_nothing_to_pick_is_said():
     with pytest.raises(InputError, match="nothing to pick"):
         selection.pick(rows(None, None))

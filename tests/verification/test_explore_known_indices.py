@@ -52,6 +52,15 @@ def test_pair_indices_reach_the_closed_form(model):
         sensitivity.pair_indices(model(designs), names[:1], ["y"], seed=1)
 
 
+def test_a_pair_of_two_factors_is_all_that_they_do_together():
+    """y = x₁ x₂ of two uniform factors about 0: all of the variance is that of the pair."""
+    inputs = sensitivity.SensitivityInputs(("a", "b"), -np.ones(2), np.ones(2))
+    designs = sensitivity.sobol_designs(inputs, 2048, seed=1, pairs=True)
+    product = np.prod(designs, axis=1, keepdims=True)
+    pairs = sensitivity.pair_indices(product, ("a", "b"), ["y"], seed=1)
+    assert pairs.second[0, 1, 0] == pytest.approx(1.0, abs=0.02)
+
+
 def test_groups_reach_the_closed_form():
     model = SobolG((0.0, 0.5, 3.0, 9.0))
     inputs = model.inputs.grouped(["a", "a", "b", "b"])

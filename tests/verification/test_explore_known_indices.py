@@ -53,7 +53,7 @@ def test_pair_indices_reach_the_closed_form(model):
 
 
 def test_a_pair_of_two_factors_is_all_that_they_do_together():
-    """y = x₁ x₂ of two uniform factors about 0: all of the variance is that of the pair."""
+    """Of the product of two uniform factors about 0, all variance is that of the pair."""
     inputs = sensitivity.SensitivityInputs(("a", "b"), -np.ones(2), np.ones(2))
     designs = sensitivity.sobol_designs(inputs, 2048, seed=1, pairs=True)
     product = np.prod(designs, axis=1, keepdims=True)

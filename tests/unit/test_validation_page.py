@@ -45,13 +45,14 @@ def test_a_section_is_fresh_until_its_code_changes(section, tmp_path, monkeypatc
     fresh = validate.marked(section)
     assert r"| \|K\| of a \| b | ≤ 1 | 0.5 | yes |" in fresh
     assert validate.OLDER not in fresh
+    monkeypatch.setattr(validate, "MEASURED", tmp_path / "measured.json")
+    validate.MEASURED.write_text("{}")
     now = validate.hashes("bench")
     changed = {**now, "src/deboom/arrays.py": "0" * 12, "studies/new.py": "0" * 12}
     monkeypatch.setattr(validate, "hashes", lambda _: changed)
     older = validate.marked(fresh)
     assert older.count(f"{validate.OLDER}: the code has changed since.*") == 1
     assert validate.marked(older) == older
-    monkeypatch.setattr(validate, "MEASURED", tmp_path / "measured.json")
     validate.MEASURED.write_text(json.dumps({"bench": now}))
     named = validate.marked(older)
     assert f"{validate.OLDER}: since then arrays, studies/new changed.*" in named

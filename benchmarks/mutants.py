@@ -343,7 +343,7 @@ def caught_for_good(cases: Sequence[tuple[Mutant, list[str], float]]) -> list[bo
     waiting = list(range(len(cases)))
     while waiting:
         shown = [
-            (mutant, [test for test in tests if test not in unfit], patience)
+            (mutant, [t for t in tests if not unfit & {t, t.partition("::")[0]}], patience)
             for mutant, tests, patience in (cases[number] for number in waiting)
         ]
         failed: dict[int, str] = {}
@@ -351,17 +351,18 @@ def caught_for_good(cases: Sequence[tuple[Mutant, list[str], float]]) -> list[bo
             verdicts[number] = verdict
             output = CACHE / "output" / f"{place}.txt"
             text = output.read_text(errors="replace") if verdict else ""
-            if line := re.search(r"^(?:FAILED|ERROR) (.*)", text, flags=re.M):
+            if line := re.search(r"^(?:FAILED|ERROR) (tests/.*)", text, flags=re.M):
                 names = [test for test in shown[place][1] if line[1].startswith(test)]
+                # a file whose import fails has no test's name
                 failed[number] = max(names, key=len, default=line[1].split()[0])
         doubtful = sorted({*failed.values()} - fit)
-        mutant = cases[0][0]
+        mutant, patience = cases[0][0], max(patience for _, _, patience in cases)
         whole = replace(mutant, text=mutant.path.read_text(encoding="utf-8"))
-        fails = caught([(whole, [test], cases[0][2]) for test in doubtful])
-        unfit |= {test for test, verdict in zip(doubtful, fails, strict=True) if verdict}
-        fit |= {*doubtful} - unfit
-        for test in unfit:
-            print(f"no verdict: {test} fails without a fault")
+        verdicts_without = caught([(whole, [test], patience) for test in doubtful])
+        for test, fails in zip(doubtful, verdicts_without, strict=True):
+            (unfit if fails else fit).add(test)
+            if fails:
+                print(f"no verdict: {test} fails without a fault")
         waiting = [number for number, test in failed.items() if test in unfit]
     return verdicts
 

@@ -50,7 +50,7 @@ def _row(draws: int) -> tuple[float, ...]:
     designs = space.lower + share * (space.upper - space.lower)
     with (
         LocalCluster(
-            n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
+            n_workers=2, threads_per_worker=1, dashboard_address=":0", host="127.0.0.1"
         ) as cluster,
         workers_for(robust, workers=2) as processes,
         workers_for(robust, scheduler=cluster.scheduler_address) as spread,

@@ -280,6 +280,15 @@ def test_experiments_and_sensitivities_are_saved_and_read_back(tmp_path):
     assert sorted(tmp_path.rglob("*")) == before
 
 
+def test_a_long_table_is_saved_compressed_as_that_of_a_study(tmp_path, monkeypatch):
+    experiment = deboom.doe(TWO, TWO.design_space(), n=16)
+    monkeypatch.setattr("deboom.tabled.MOST_ROWS", 15)
+    run = deboom.save_run(experiment, tmp_path)
+    assert not (run.folder / "doe.csv").exists()
+    assert run.tables == ("doe",)
+    pd.testing.assert_frame_equal(run.doe.table, experiment.table)
+
+
 def test_responses_of_a_study_are_its_last_columns_of_one_unit(tmp_path):
     experiment = deboom.doe(TWO, TWO.design_space(), n=16)
     run = deboom.save_run(experiment, tmp_path)

@@ -35,7 +35,7 @@ from deboom.errors import InputError
 from deboom.files.disk import opened_file, read_arrays, read_json, replace_bytes, replace_text
 from deboom.files.schema import wrong_entries
 from deboom.names import path_inside
-from deboom.tabled import PACKED, csv_text, json_text
+from deboom.tabled import PACKED, json_text, table_file
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -543,9 +543,10 @@ def save_run(
     }
     run = start_run(Path(out), study, seed=record["seed"], record=record)
     try:
-        for name, table in tables.items():
-            run.save_text(f"{name}.csv", csv_text(table))
-        files = [run.folder / f"{name}.csv" for name in tables]
+        contents = dict(table_file(stem, table) for stem, table in tables.items())
+        for name, content in contents.items():
+            run.save_bytes(name, content)
+        files = [run.folder / name for name in contents]
         record |= {"inputs_sha256": {}, "files_sha256": hash_files(files, relative_to=run.folder)}
         run.save_json(RECORD, record)
         return read_run(finish_run(run))

@@ -50,7 +50,9 @@ LATEST = "latest"
 UNFINISHED = ".unfinished"
 RECORD = "run.json"
 DOE, SOBOL, MORRIS = "doe", "sobol", "morris"
-"""Tables of a run that are read under a name of their own."""
+"""Tables that a run keeps under the name of what they hold."""
+TEXTS = ("doe", "plan", "failure", "variable", "response", "vehicle")
+"""Columns of a run's tables with names and words, which may look like numbers."""
 PACKAGES = (
     "deboom",
     "numpy",
@@ -389,7 +391,7 @@ class RunEntry:
                 f"run {self.folder} of {self.study} has no table '{name}': it has "
                 f"{', '.join(self.tables) or 'none'}"
             )
-        return read_frame(self.folder / file)
+        return read_frame(self.folder / file, TEXTS)
 
     @property
     def doe(self) -> Experiment:
@@ -536,6 +538,7 @@ def save_run(
     record = {
         "study": study,
         "question": "Saved from a notebook.",
+        "command": "deboom.save_run(result)",
         "seed": facts.pop("seed", seed),
         "arguments": {},
         "environment": environment_record(PACKAGES),

@@ -565,13 +565,13 @@ def _kept_of(
     from deboom.explore.doe import Experiment, doe_frame
     from deboom.explore.result import Front
     from deboom.explore.sensitivity import Sensitivities, SobolIndices
-    from deboom.files.front_table import FrontTable
+    from deboom.files.front_table import tables_of
 
     if isinstance(result, Front):
         search = result.search
         how = f"{search.algorithm}, {search.stopped}, {search.seconds:.1f} s"
         kept = {"search": how, "note": result.text}
-        return FrontTable.of(result).frames(), {"seed": search.seed, "facts": kept}
+        return tables_of(result), {"seed": search.seed, "facts": kept}
     if isinstance(result, Experiment):
         doe = result.doe
         said = {"responses": list(doe.response_names), "n_lines": result.n_lines}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import io
 import json
 import re
@@ -15,6 +16,8 @@ import pandas as pd
 
 PACKED = ".gz"
 """Ending behind ``.csv`` of a table that is compressed; pandas and R read it as it is."""
+MOST_ROWS = 100_000
+"""Rows of a table that is kept as plain CSV; a longer one is compressed."""
 SHOWN_ROWS = 12
 """Rows that a notebook shows of a longer table."""
 
@@ -49,6 +52,17 @@ def csv_text(table: pd.DataFrame) -> str:
         plain[name] = table[name].map(_escaped)
     plain.columns = pd.Index([_escaped(label) for label in table.columns])
     return str(plain.to_csv(index=False, lineterminator="\n"))
+
+
+def table_file(stem: str, table: pd.DataFrame) -> tuple[str, bytes]:
+    """Return name and content of a table's file; the same table gives the same bytes.
+
+    A table of more than `MOST_ROWS` rows is compressed: ``<stem>.csv.gz``.
+    """
+    content = csv_text(table).encode()
+    if len(table) > MOST_ROWS:
+        return f"{stem}.csv{PACKED}", gzip.compress(content, compresslevel=6, mtime=0)
+    return f"{stem}.csv", content
 
 
 def json_text(content: Mapping[str, Any]) -> str:

@@ -7,7 +7,7 @@ import pytest
 import deboom
 from deboom.errors import InputError
 from deboom.explore.result import FrontColumns
-from deboom.files.front_table import FrontTable
+from deboom.files.front_table import FrontTable, tables_of
 from deboom.tabled import csv_text
 
 MODEL = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a", "b"), ("y", "z"), "dB")
@@ -21,7 +21,7 @@ def front():
 
 def saved(front, folder):
     """Write the files of a front into a folder."""
-    for name, table in FrontTable.of(front).frames().items():
+    for name, table in tables_of(front).items():
         (folder / f"{name}.csv").write_text(csv_text(table), encoding="utf-8")
 
 
@@ -40,13 +40,16 @@ def test_a_front_comes_back_as_it_was(front, tmp_path):
 def test_objectives_of_a_user_are_no_variables(tmp_path):
     aims = [deboom.Objective("mean", response=name) for name in ("y", "z")]
     aims.append(deboom.Objective("share above", above=0.01))
-    robust = deboom.Robust(MODEL, MODEL.design_space(), objectives=aims, draws=16)
+    model = deboom.ResponseFunction(MODEL.function, ("a", "b"), ("y", "z"), "mm")
+    robust = deboom.Robust(model, model.design_space(), objectives=aims, draws=16)
     front = deboom.search(robust, population=8, generations=3, verified_with=16)
     saved(front, tmp_path)
     table = FrontTable.read(tmp_path)
     assert table.variables == ("a [1]", "b [1]")
     assert dict(table.picks) == dict(front.picks)
     assert "best-share above 0.01, sum" in table.picks
+    # a volume of two lengths and a share
+    assert "hypervolume [mm²]" in tables_of(front)["convergence"]
     pd.testing.assert_frame_equal(table.table, FrontTable.of(front).table)
 
 

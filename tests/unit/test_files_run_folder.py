@@ -3,6 +3,7 @@ import json
 import re
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -260,6 +261,10 @@ def test_experiments_and_sensitivities_are_saved_and_read_back(tmp_path):
     assert run.folder.parent == tmp_path / "mine"
     again = deboom.read_run(run.folder).doe
     assert 0 < again.doe.n_failed < 16
+    # names that look like numbers
+    numbered = replace(experiment, doe=replace(experiment.doe, name="007", plan="16"))
+    named = deboom.save_run(numbered, tmp_path).doe.doe
+    assert (named.name, named.plan) == ("007", "16")
     pd.testing.assert_frame_equal(again.table, experiment.table)
     assert deboom.correlation(again, resamples=100).pearson[0, 1] > 0.99
     assert len(again.front(["y"])) == 1
@@ -278,6 +283,15 @@ def test_experiments_and_sensitivities_are_saved_and_read_back(tmp_path):
     with pytest.raises(InputError, match="use letters, digits"):
         deboom.save_run(indices, tmp_path, study="../mine")
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_long_table_is_saved_compressed_as_that_of_a_study(tmp_path, monkeypatch):
+    experiment = deboom.doe(TWO, TWO.design_space(), n=16)
+    monkeypatch.setattr("deboom.tabled.MOST_ROWS", 15)
+    run = deboom.save_run(experiment, tmp_path)
+    assert not (run.folder / "doe.csv").exists()
+    assert run.tables == ("doe",)
+    pd.testing.assert_frame_equal(run.doe.table, experiment.table)
 
 
 def test_responses_of_a_study_are_its_last_columns_of_one_unit(tmp_path):

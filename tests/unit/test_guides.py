@@ -31,8 +31,8 @@ from deboom.pages import live_model
 from deboom.pages.front import CELLS, PANELS
 from deboom.plot import levels
 from deboom.report import interactive, live
-from deboom.report.report import MOST_ROWS
 from deboom.runs.runner import load_study
+from deboom.tabled import MOST_ROWS
 
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "docs" / "guides" / "your-own-platform.md"

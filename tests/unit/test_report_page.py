@@ -15,7 +15,6 @@ from deboom.files.tables import read_frame
 from deboom.plot import CurvePanel, curve_panels
 from deboom.plot.style import as_png
 from deboom.report import Sound, Step, Table
-from deboom.report import report as report_module
 from deboom.report.report import Report
 from deboom.report.sheet import Sheet
 from deboom.report.tables import text_columns
@@ -307,7 +306,7 @@ def test_columns_of_the_same_name_stay_apart():
 
 
 def test_a_long_table_is_kept_compressed_and_read_back(tmp_path, monkeypatch):
-    monkeypatch.setattr(report_module, "MOST_ROWS", 1)
+    monkeypatch.setattr("deboom.tabled.MOST_ROWS", 1)
     report = report_of("")
     report.table("per_vehicle", TABLE)
     report.table("few", TABLE[:1])

@@ -14,7 +14,7 @@ from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2, searched
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.runs.options import Aim, robust_response
-from deboom.runs.search import ThoroughSearchOptions
+from deboom.runs.search import SearchOptions, ThoroughSearchOptions
 from samples.known_truth import quad2
 
 MODEL = quad2(5, seed=1)
@@ -70,6 +70,12 @@ def test_searches_begin_with_given_designs():
     front = options.verified(ROBUST, seed=3, run=None, inputs=(), begin=best, verified_with=64)
     np.testing.assert_array_equal(front.search.evaluated.designs[:2], best)
     assert front.search.n_evaluated == 12
+
+
+@pytest.mark.parametrize("end", ["until_gain", "until_seconds"])
+def test_an_end_that_no_search_has_is_refused_before_any_work(end):
+    with pytest.raises(InputError, match=r"positive seconds .* below a positive gain"):
+        SearchOptions(**{end: 0.0})
 
 
 def test_bad_budgets_are_refused():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -125,6 +126,8 @@ RISEN = 0.01
 POINT, PICK, NONDOMINATED = "point", "pick", "non-dominated when verified"
 JUDGED_BY = "judged by"
 """Columns of a front's table without a unit; others are those of `FrontColumns`."""
+POWERS = {2: "²", 3: "³", 4: "⁴"}
+"""Behind a unit that comes several times."""
 IN_SEARCH = " in search ["
 """Between the name of an objective and its unit, in a column of what its search saw."""
 
@@ -419,10 +422,18 @@ class Front(Tabled):
         return pd.DataFrame(
             {
                 "generation": np.arange(1, len(volume) + 1),
-                "hypervolume [dB²]": volume,
+                self.hypervolume_label: volume,
                 f"gap {label}": gap,
             }
         )
+
+    @property
+    def hypervolume_label(self) -> str:
+        """Name and unit of the hypervolume: the product of the units of the objectives."""
+        units = map(self.robust.unit_of, self.robust.objectives)
+        counts = Counter("dB" if unit == "dB(A)" else unit for unit in units if unit != "1")
+        powers = (f"{unit}{POWERS.get(count, '')}" for unit, count in counts.items())
+        return f"hypervolume [{'·'.join(powers) or '1'}]"
 
     @property
     def _gap(self) -> tuple[RealArray, str]:

@@ -86,12 +86,6 @@ class FrontTable(Tabled):
         """Picks of each design, such as ``best-mean = none-louder``; mostly empty."""
         return list(self.rows[PICK]) if PICK in self.rows else [""] * len(self.rows)
 
-    def frames(self) -> dict[str, pd.DataFrame]:
-        """Return the tables of a run folder by the stem of their file."""
-        generation = np.arange(1, len(self.convergence) + 1)
-        convergence = {"generation": generation, "hypervolume [dB²]": self.convergence}
-        return {"front": self.rows, "convergence": pd.DataFrame(convergence)}
-
     @classmethod
     def read(cls, folder: Path) -> FrontTable:
         """Read the front of a run folder.
@@ -124,3 +118,11 @@ class FrontTable(Tabled):
         path = folder / CONVERGENCE
         kept = read_frame(path).iloc[:, -1].to_numpy(float) if path.is_file() else np.empty(0)
         return cls(rows, variables, kept)
+
+
+def tables_of(front: Front) -> dict[str, pd.DataFrame]:
+    """Return the tables of a front that a run folder keeps, by the stem of their file."""
+    volume = front.search.hypervolume
+    generation = np.arange(1, len(volume) + 1)
+    convergence = pd.DataFrame({"generation": generation, front.hypervolume_label: volume})
+    return {"front": FrontTable.of(front).rows, "convergence": convergence}

@@ -35,7 +35,7 @@ from deboom.errors import InputError
 from deboom.files.disk import opened_file, read_arrays, read_json, replace_bytes, replace_text
 from deboom.files.schema import wrong_entries
 from deboom.names import path_inside
-from deboom.tabled import PACKED, csv_text, json_text
+from deboom.tabled import PACKED, json_text, table_file
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -50,7 +50,9 @@ LATEST = "latest"
 UNFINISHED = ".unfinished"
 RECORD = "run.json"
 DOE, SOBOL, MORRIS = "doe", "sobol", "morris"
-"""Tables of a run that are read under a name of their own."""
+"""Tables that a run keeps under the name of what they hold."""
+TEXTS = ("doe", "plan", "failure", "variable", "response", "vehicle")
+"""Columns of a run's tables with names and words, which may look like numbers."""
 PACKAGES = (
     "deboom",
     "numpy",
@@ -389,7 +391,7 @@ class RunEntry:
                 f"run {self.folder} of {self.study} has no table '{name}': it has "
                 f"{', '.join(self.tables) or 'none'}"
             )
-        return read_frame(self.folder / file)
+        return read_frame(self.folder / file, TEXTS)
 
     @property
     def doe(self) -> Experiment:
@@ -536,6 +538,7 @@ def save_run(
     record = {
         "study": study,
         "question": "Saved from a notebook.",
+        "command": "deboom.save_run(result)",
         "seed": facts.pop("seed", seed),
         "arguments": {},
         "environment": environment_record(PACKAGES),
@@ -543,9 +546,10 @@ def save_run(
     }
     run = start_run(Path(out), study, seed=record["seed"], record=record)
     try:
-        for name, table in tables.items():
-            run.save_text(f"{name}.csv", csv_text(table))
-        files = [run.folder / f"{name}.csv" for name in tables]
+        contents = dict(table_file(stem, table) for stem, table in tables.items())
+        for name, content in contents.items():
+            run.save_bytes(name, content)
+        files = [run.folder / name for name in contents]
         record |= {"inputs_sha256": {}, "files_sha256": hash_files(files, relative_to=run.folder)}
         run.save_json(RECORD, record)
         return read_run(finish_run(run))
@@ -561,13 +565,13 @@ def _kept_of(
     from deboom.explore.doe import Experiment, doe_frame
     from deboom.explore.result import Front
     from deboom.explore.sensitivity import Sensitivities, SobolIndices
-    from deboom.files.front_table import FrontTable
+    from deboom.files.front_table import tables_of
 
     if isinstance(result, Front):
         search = result.search
         how = f"{search.algorithm}, {search.stopped}, {search.seconds:.1f} s"
         kept = {"search": how, "note": result.text}
-        return FrontTable.of(result).frames(), {"seed": search.seed, "facts": kept}
+        return tables_of(result), {"seed": search.seed, "facts": kept}
     if isinstance(result, Experiment):
         doe = result.doe
         said = {"responses": list(doe.response_names), "n_lines": result.n_lines}

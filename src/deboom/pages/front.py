@@ -11,7 +11,7 @@ from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.explore.result import Front
-from deboom.files.front_table import FrontTable
+from deboom.files.front_table import tables_of
 from deboom.plot.style import FULL_WIDTH
 from deboom.report import Report
 from deboom.vehicles.fleet_front import FleetFront
@@ -28,7 +28,7 @@ def report_front(
 
     - `beside`: further columns after the picks, one text per design.
     """
-    for name, frame in FrontTable.of(front).frames().items():
+    for name, frame in tables_of(front).items():
         if name == "front":
             for place, (column, texts) in enumerate((beside or {}).items(), start=2):
                 frame.insert(place, column, texts)

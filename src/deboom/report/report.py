@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import gzip
 import re
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,7 +21,7 @@ from deboom.names import path_inside
 from deboom.plot.style import as_png
 from deboom.report.glossary import GLOSSARY
 from deboom.report.tables import text_columns
-from deboom.tabled import PACKED, csv_text, json_text
+from deboom.tabled import json_text, table_file
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,8 +31,6 @@ if TYPE_CHECKING:
 Scalar = float | int | str
 
 SUMMARY, PAGE = "summary.json", "report.html"
-MOST_ROWS = 100_000
-"""Rows of a table that is kept as plain CSV; a longer one is compressed."""
 
 _PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _PIXELS_PER_CSS_PIXEL = 1.5
@@ -428,11 +425,11 @@ class Report:
     def results(self) -> dict[str, bytes]:
         """Return every file of the report but its page and its figures; name → bytes.
 
-        Tables are UTF-8 with Unix line ends and floats that read back exactly, of more than
-        `MOST_ROWS` rows as ``<stem>.csv.gz``; a number of the summary that is not known is null.
-        Nothing is drawn for it.
+        Tables are UTF-8 with Unix line ends and floats that read back exactly, long ones are
+        compressed, see `deboom.tabled.table_file`; a number of the summary that is not known is
+        null. Nothing is drawn for it.
         """
-        contents = dict(_table_file(stem, frame) for stem, frame in self.tables.items())
+        contents = dict(table_file(stem, frame) for stem, frame in self.tables.items())
         contents |= {f"{s}.json": json_text(c).encode() for s, c in self.documents.items()}
         contents |= self.attachments
         summary = {
@@ -536,14 +533,6 @@ def _groups(part: Section | Panel) -> Iterator[tuple[str, list[Any]]]:
     ]
     for kind, blocks in groupby(shown, key=type):
         yield _KINDS[kind], list(blocks)
-
-
-def _table_file(stem: str, frame: pd.DataFrame) -> tuple[str, bytes]:
-    """Return name and content of a table's file; the same table gives the same bytes."""
-    content = csv_text(frame).encode()
-    if len(frame) > MOST_ROWS:
-        return f"{stem}.csv{PACKED}", gzip.compress(content, compresslevel=6, mtime=0)
-    return f"{stem}.csv", content
 
 
 def _check_png(png: bytes, caption: str) -> None:

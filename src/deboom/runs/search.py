@@ -172,7 +172,7 @@ class SearchOptions:
         float | None,
         Option(
             help="End the search when the hypervolume of its front gains less than this share over "
-            "10 generations [1]; default: no end before the last generation."
+            "10 generations [1]; default: no such end."
         ),
     ] = None
     until_seconds: Annotated[
@@ -183,12 +183,12 @@ class SearchOptions:
         ),
     ] = None
 
+    def __post_init__(self) -> None:
+        self.until  # noqa: B018 - a gain or a time that is not above 0 is refused before any work
+
     @property
     def until(self) -> Until | None:
-        """What ends a search before its last generation; None: nothing.
-
-        - raises InputError: a gain or a time that is not above 0.
-        """
+        """What ends a search before its last generation; None: nothing said."""
         if self.until_gain is None and self.until_seconds is None:
             return None
         return Until(seconds=self.until_seconds, gain=self.until_gain)
@@ -291,7 +291,8 @@ class ThoroughSearchOptions(SearchOptions):
         bool,
         Option(
             help="Improve the front, or its picks, along gradients after the search. If the whole "
-            f"front is improved, a search without limits ends after {BEFORE_DESCENTS} designs."
+            f"front is improved, a search without limits ends after {BEFORE_DESCENTS} designs, "
+            "unless --until-gain or --until-seconds says when."
         ),
     ] = True
     begin: Annotated[

@@ -122,8 +122,7 @@ def merge(searches: Sequence[SearchResult]) -> SearchResult:
 
 RISEN = 0.01
 """Rise up to which nothing counts as louder: that of rounding and of lines beside a peak [dB]."""
-POINT, PICK, NONDOMINATED = "point", "pick", "non-dominated when verified"
-JUDGED_BY = "judged by"
+POINT, PICK, NONDOMINATED, JUDGED_BY = "point", "pick", "non-dominated when verified", "judged by"
 """Columns of a front's table without a unit; others are those of `FrontColumns`."""
 IN_SEARCH = " in search ["
 """Between the name of an objective and its unit, in a column of what its search saw."""

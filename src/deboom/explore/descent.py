@@ -53,8 +53,8 @@ designs on the two halves of the line are good enough: they miss the front by a 
 LINES = 400
 """Designs evaluated on lines between neighbours of one branch."""
 STEEP = 20.0
-"""Factor on what a descent to a target minimises. SLSQP begins with the curvature 1, which is far
-too much for shares of a box: the larger the factor, the longer the first step."""
+"""Factor on what a descent minimises. SLSQP begins with the curvature 1, which is far too much for
+shares of a box: the larger the factor, the longer the first step."""
 ROUGH, FINE = 1e-3, 1e-5
 """Share of the box of the front below which descents to a target end, with few and all draws."""
 

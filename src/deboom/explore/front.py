@@ -191,39 +191,36 @@ def thinned(front: RobustValues, n: int) -> RobustValues:
         return front
     low, box = front.objectives.min(axis=0), np.ptp(front.objectives, axis=0)
     scaled = (front.objectives - low) / np.where(box > 0.0, box, 1.0)
-    rows = np.lexsort(scaled.T[::-1])
-    ends = np.unique([rows[int(column.argmin())] for column in scaled[rows].T])
+    order = np.lexsort(scaled.T[::-1])
+    points, rows = scaled[order], np.arange(len(order))
+    ends = np.unique(points.argmin(axis=0))
     while len(rows) > max(n, len(ends)):
-        adds = _added(scaled[rows])
+        adds = _added(points[rows])
         adds[np.isin(rows, ends)] = np.inf
         # of three objectives and more the next few go at once: each step costs many volumes
         leave = 1 if box.size == 2 else 1 + (len(rows) - n) // 16
         rows = np.delete(rows, np.argsort(adds, kind="stable")[:leave])
     if box.size == 2:
-        rows = _settled(scaled, rows)
-    return chosen(front, np.sort(rows))
+        rows = _settled(points, rows)
+    return chosen(front, np.sort(order[rows]))
 
 
 def _settled(points: RealArray, rows: IntArray) -> IntArray:
-    """Return rows of points (n, 2), by the first objective, each where it adds most.
+    """Return rows of points (n, 2), sorted by the first objective, each where it adds most.
 
     Between its neighbours, that is, until none moves; the first and the last stay.
     """
-    order = np.lexsort(points.T[::-1])
-    place = np.empty_like(order)
-    place[order] = np.arange(len(order))
-    kept, by_first = place[rows], points[order]
-    moved = True
+    kept, moved = rows.copy(), True
     while moved:
         moved = False
         for number in range(1, len(kept) - 1):
             low, high = kept[number - 1], kept[number + 1]
-            between = by_first[low + 1 : high]
-            adds = (by_first[high, 0] - between[:, 0]) * (by_first[low, 1] - between[:, 1])
+            between = points[low + 1 : high]
+            adds = (points[high, 0] - between[:, 0]) * (points[low, 1] - between[:, 1])
             best = low + 1 + int(adds.argmax())
             moved |= bool(adds[best - low - 1] > adds[kept[number] - low - 1])
             kept[number] = best
-    return order[kept]
+    return kept
 
 
 def _added(points: RealArray) -> RealArray:

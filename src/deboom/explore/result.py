@@ -123,8 +123,7 @@ def merge(searches: Sequence[SearchResult]) -> SearchResult:
 
 RISEN = 0.01
 """Rise up to which nothing counts as louder: that of rounding and of lines beside a peak [dB]."""
-POINT, PICK, NONDOMINATED = "point", "pick", "non-dominated when verified"
-JUDGED_BY = "judged by"
+POINT, PICK, NONDOMINATED, JUDGED_BY = "point", "pick", "non-dominated when verified", "judged by"
 """Columns of a front's table without a unit; others are those of `FrontColumns`."""
 POWERS = {2: "²", 3: "³", 4: "⁴"}
 """Behind a unit that comes several times."""

@@ -807,7 +807,7 @@ def _smooth(robust: Robust) -> bool:
 
 
 def _picked(robust: Robust, evaluated: RobustValues, *, polish: bool) -> RobustValues:
-    """Return the picks of evaluated designs, perhaps improved; none of objectives of one's own."""
+    """Return the picks of evaluated designs, perhaps improved; none of other objectives."""
     if not robust.trades_level_for_sigma:
         return chosen(evaluated, [])
     today = robust(robust.space.nominal[np.newaxis])

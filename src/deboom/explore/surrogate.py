@@ -230,7 +230,7 @@ def surrogate_search(
     draws : int
         Draws of the scatter on the surrogate, a power of two.
     population, generations : int
-        Of the search on the surrogate.
+        Of the search on the surrogate, whose algorithm gives way to descents as in `deboom.search`.
     seed : int
         Seed from 1.
     workers : int

@@ -237,16 +237,13 @@ class MountRequirements:
         factor, has none.
         """
         factors = self._factors(designs)
-        n = len(factors[self.variable_names[0]])
-        gradient = np.zeros((n, len(self.response_names), len(self.variable_names)))
-        first = 0
+        parts = []
         for quantity in self.quantities:
-            rows = slice(first, first + len(quantity.names))
-            for name, slopes in quantity.slopes(factors).items():
-                if name in self.variable_names:
-                    gradient[:, rows, self.variable_names.index(name)] = slopes
-            first = rows.stop
-        return gradient
+            slopes = quantity.slopes(factors)
+            none = np.zeros_like(next(iter(slopes.values())))
+            of_names = [slopes.get(name, none) for name in self.variable_names]
+            parts.append(np.stack(of_names, axis=-1))
+        return np.concatenate(parts, axis=1)
 
     def _factors(self, designs: npt.ArrayLike) -> Mapping[str, RealArray]:
         """Return the factors (n,) by variable, 1 of any other direction."""
@@ -310,7 +307,7 @@ class WeightSag:
     def _columns(self) -> list[int]:
         return [self.model.column(f"{mount} z") for mount in self.mounts]
 
-    @property
+    @cached_property
     def linear(self) -> tuple[RealArray, RealArray, RealArray]:
         """What the sag follows from.
 
@@ -524,17 +521,18 @@ def _level(energy: RealArray) -> RealArray:
 
 def _of_directions(mounts: Sequence[Mount], values: Mapping[str, RealArray]) -> RealArray:
     """Return the values of every direction of every piece, shape (n, n_direction)."""
-    names = [name for mount in mounts for _ in mount.pieces for name in mount.variables]
-    return np.column_stack([values[name] for name in names])
+    return np.column_stack([values[name] for name in _variables(mounts)])
 
 
 def _by_variable(mounts: Sequence[Mount], slopes: RealArray) -> dict[str, RealArray]:
     """Return derivatives by every direction, (..., n_direction), summed up by variable, (...)."""
-    names = [name for mount in mounts for _ in mount.pieces for name in mount.variables]
-    by_variable: dict[str, RealArray] = {}
-    for place, name in enumerate(names):
-        by_variable[name] = by_variable.get(name, 0.0) + slopes[..., place]
-    return by_variable
+    names = np.array(_variables(mounts))
+    return {name: slopes[..., names == name].sum(axis=-1) for name in dict.fromkeys(names.tolist())}
+
+
+def _variables(mounts: Sequence[Mount]) -> list[str]:
+    """Return the variable of every direction of every piece."""
+    return [name for mount in mounts for _ in mount.pieces for name in mount.variables]
 
 
 class LimitedLevel(Enum):

@@ -412,7 +412,7 @@ def front_report(view: MountFront, options: Options, limits: DesignLimits, run: 
     _choice(report, view, options)
     _cars(report, view)
     _matters(report, view, options)
-    report_limits(report, limits, view.front.search, view.front.named_designs)
+    report_limits(report, limits, view.front)
     _trust(report, view, options)
     search = view.front.search
     report.section(

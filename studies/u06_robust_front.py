@@ -39,7 +39,7 @@ from deboom.explore.result import Front
 from deboom.explore.robust import DesignLimits, Robust
 from deboom.explore.search import VERIFIED, nsga2
 from deboom.explore.tolerance_allocation import FreeTolerances
-from deboom.files.limits import mount_limits
+from deboom.files.limits import mount_limits, read_level_limits
 from deboom.pages.motion import report_runs
 from deboom.pages.platform_front import PlatformFront
 from deboom.pages.robust_front import front_report
@@ -47,7 +47,7 @@ from deboom.plot.style import mount_of, signed
 from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.runs.made_parts import MadeParts, ScatterOptions, report_parts
-from deboom.runs.options import Aim, Sampler, Seed, tolerance_sample
+from deboom.runs.options import AimOptions, Sampler, Seed, tolerance_sample
 from deboom.runs.platform_options import MotionOptions, PlatformOptions, in_all_load_cases
 from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import (
@@ -57,7 +57,7 @@ from deboom.runs.search import (
     keeping_peaks,
     report_limits,
 )
-from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.platform import Runs
 
 TOLERANCE_BOUNDS = 0.05, 0.25
@@ -77,13 +77,7 @@ class Options:
         Sampler,
         Option(help="Method of the draws of the scatter; fresh is the method of the thesis."),
     ] = Sampler.sobol
-    objective: Annotated[Aim, Option(help="First objective of the search.")] = Aim.mean
-    nominal_mean: Annotated[
-        bool, Option(help="Take the level of the design itself in place of the mean.")
-    ] = False
-    control_variate: Annotated[
-        bool, Option(help="Compute mean and sigma with a control variate (regression).")
-    ] = False
+    aims: AimOptions = AimOptions()
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
     as_thesis: Annotated[
@@ -97,7 +91,8 @@ class Options:
         bool, Option(help="Take the loss factors, ±20 %, as further variables.")
     ] = False
     limits: Annotated[
-        Path | None, Option(help="TOML file with limits of sag, travel and modes.")
+        Path | None,
+        Option(help="TOML file with limits of sag, travel, modes and levels of vehicles."),
     ] = None
     peak_rise: PeakRiseOption = None
     target: Annotated[
@@ -128,7 +123,7 @@ class Options:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """Levels of the vehicles under scattering parts, and what designs must keep.
+    """Levels of the vehicles under scattering parts, and what mounts must keep.
 
     `prescribed` is the same with prescribed motion, where `robust` has another one.
     """
@@ -147,20 +142,19 @@ def prepare(options: Options) -> Model:
     made = options.scatter.made(index.variable_names)
     samples = options.scatter.samples
     sample = tolerance_sample(options.sampler, made.n_draws, samples, seed=options.seed)
-    robust = made.response(
-        index,
-        sample,
-        aim=options.objective,
-        nominal_mean=options.nominal_mean,
-        control_variate=options.control_variate,
-    )
+
+    def response(model: BoomingModel) -> Robust:
+        of_levels = read_level_limits(options.limits, model)
+        return made.response(model, sample, aims=options.aims, limits=of_levels)
+
+    robust = response(index)
     limits = mount_limits(options.limits, runs, robust, options.motion.factor)
     if options.peak_rise is not None:
         limits = keeping_peaks(limits, index, robust.space.nominal, options.peak_rise)
     prescribed = None
     if index.motion is not Motion.prescribed:
         motion = MotionOptions(Motion.prescribed)
-        prescribed = replace(robust, evaluate=motion.model(runs, loss_factors=options.loss_factors))
+        prescribed = response(motion.model(runs, loss_factors=options.loss_factors))
     return Model(runs, made, robust, prescribed, limits)
 
 
@@ -168,6 +162,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     """Search, verify and report."""
     limits = model.limits
     of_limits = limits.inputs if limits else ()
+    if options.limits and not of_limits:
+        of_limits = (options.limits,)
     inputs = (*model.runs.platform.input_files, *of_limits, *model.made.inputs)
     search = partial(
         options.search.verified,
@@ -196,7 +192,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     report = front_report(view)
     report.inputs += [options.search.begin] if options.search.begin else []
-    report_limits(report, limits, front.search, front.named_designs)
+    report.inputs += of_limits
+    report_limits(report, limits, front)
     if options.free_tolerances:
         _free_tolerances(report, front, options)
     report_parts(report, model.made)

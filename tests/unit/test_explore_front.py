@@ -330,7 +330,7 @@ def test_picks_of_three_objectives_by_hand():
         )
 
     front = values((0, 3, 10), (2, 2, 3.4), (4, 0, 8.4), (6, 1, 1), (10, 10, 0))
-    names = ("mean a", "mean b", "sigma")
+    names = {0: "mean a", 1: "mean b", 2: "sigma"}
     picked = {"best-mean a": 0, "best-mean b": 2, "best-sigma": 4, "nearest-to-ideal": 1}
     assert selection.pick_of_any(front, names) == picked
     today = values((6, 3, 3.4))  # designs 1 and 3 are nowhere worse

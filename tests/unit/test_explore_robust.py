@@ -355,8 +355,11 @@ def test_three_objectives():
     assert nondominated(result.front.objectives).all()
     assert np.all(np.diff(result.front.objectives[:, 0]) >= 0.0)
     assert np.all(np.diff(result.hypervolume) >= 0.0)
-    with pytest.raises(InputError, match="belong to two objectives, not to 3"):
-        pick(result.front)
+    rows = pick(result.front)
+    best = result.front.objectives[list(rows.values())]
+    assert np.all(best[[0, 1], [0, 1]] == result.front.objectives[:, :2].min(axis=0))
+    with pytest.raises(InputError, match="there is one objective"):
+        pick(replace(result.front, objectives=result.front.objectives[:, :1]))
 
 
 def total(designs):

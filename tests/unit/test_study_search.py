@@ -13,7 +13,7 @@ from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2, searched
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
-from deboom.runs.options import Aim, robust_response
+from deboom.runs.options import Aim, AimOptions, robust_response
 from deboom.runs.search import SearchOptions, ThoroughSearchOptions
 from samples.known_truth import quad2
 
@@ -102,7 +102,9 @@ SAMPLE = sobol_sample(2, 128, seed=1)
 
 
 def values(aim, **changes):
-    return robust_response(MODEL_2, SPACE_2, SAMPLE, aim=aim, **changes)(np.ones((1, 2)))
+    return robust_response(MODEL_2, SPACE_2, SAMPLE, aims=AimOptions(objective=aim, **changes))(
+        np.ones((1, 2))
+    )
 
 
 def test_each_aim_minimises_what_it_says():

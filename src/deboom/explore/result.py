@@ -307,11 +307,15 @@ class Front(Tabled):
     @cached_property
     def picks(self) -> ByPick[int]:
         """Rows by name of the pick, chosen on verified values; see `deboom.explore.selection`."""
-        if self.robust.trades_level_for_sigma:
+        names = {column: objective.name for column, objective in enumerate(self.robust.objectives)}
+        picks: ByPick[int] = ByPick()
+        if self.robust.begins_with_level_and_sigma:
             kept = None if self.rise is None else self.rise(self.values.designs) <= RISEN
-            return pick(self.values, self.baseline, kept)
-        names = [objective.name for objective in self.robust.objectives]
-        return pick_of_any(self.values, names, self.baseline)
+            picks = pick(self.values, self.baseline, kept)
+            names = {column: name for column, name in names.items() if column > 1}
+        if names:
+            picks |= pick_of_any(self.values, names, self.baseline)
+        return picks
 
     @cached_property
     def without_effect(self) -> tuple[str, ...]:
@@ -447,12 +451,19 @@ class Front(Tabled):
         return left / (width or 1.0) * self.per_line, f"[{unit}]"
 
     def compared(self, designs: Mapping[str, tuple[RobustValues, int]]) -> pd.DataFrame:
-        """Tabulate both objectives of named rows of verified values, per response and line.
+        """Tabulate mean and sigma of named rows of verified values, per response and line.
+
+        Objectives beyond the second follow as they were minimised.
 
         - `designs`: values and their row by name; changes are against the first one.
         """
         mean = np.array([values.mean_sum[row] for values, row in designs.values()])
         sigma = np.array([values.sigma_sum[row] for values, row in designs.values()])
+        further = {
+            label: [values.objectives[row, column] for values, row in designs.values()]
+            for column, label in enumerate(self.robust.objective_labels)
+            if column > 1
+        }
         return pd.DataFrame(
             {
                 "design": list(designs),
@@ -460,6 +471,7 @@ class Front(Tabled):
                 "change [dB]": (mean - mean[0]) * self.per_line,
                 "sigma of the level [dB]": sigma * self.per_line,
                 "change of sigma [%]": PERCENT * (sigma / sigma[0] - 1.0),
+                **further,
             }
         )
 
@@ -478,7 +490,7 @@ class Front(Tabled):
         from deboom import plot  # a notebook asks a front for its picture
         from deboom.plot.style import FULL_WIDTH
 
-        if not self.robust.trades_level_for_sigma:
+        if not (self.robust.begins_with_level_and_sigma and self.robust.n_objectives == 2):
             if beside:
                 raise InputError("fronts of level and sigma are drawn beside each other, no others")
             rows = np.flatnonzero(self.nondominated)

@@ -374,11 +374,12 @@ class Robust:
         return len(self.objectives)
 
     @property
-    def trades_level_for_sigma(self) -> bool:
-        """Whether it minimises a level and a sigma of all responses, whose designs are a `Pick`."""
-        if len(self.objectives) != 2 or any(each.response is not None for each in self.objectives):
+    def begins_with_level_and_sigma(self) -> bool:
+        """Whether it minimises first a level and a sigma of all responses, as each `Pick` does."""
+        pair = self.objectives[:2]
+        if any(each.response is not None for each in pair):
             return False
-        level, sigma = (each.statistic for each in self.objectives)
+        level, sigma = (each.statistic for each in pair)
         is_level = level not in (Statistic.SIGMA, Statistic.SHARE_ABOVE)
         return is_level and sigma is Statistic.SIGMA
 
@@ -661,6 +662,13 @@ class Limits:
         columns = [sign * (values[:, column] - bound) for column, sign, bound in self._bounds]
         beyond = np.column_stack(columns)
         return np.where(np.isnan(beyond), np.inf, beyond)
+
+    def responses(self, excess: RealArray) -> RealArray:
+        """Return the limited responses, (n, r) [unit of the limit], from their excess (n, c)."""
+        values = np.empty((len(excess), len(self.limits)))
+        for place, (column, sign, bound) in enumerate(self._bounds):
+            values[:, column] = bound + sign * excess[:, place]
+        return values
 
     def excess_slopes(self, gradient: RealArray) -> RealArray:
         """Return the derivatives of the excess, (c, k), from those of the responses, (r, k)."""

@@ -799,7 +799,7 @@ def _with_descents(
 def _smooth(robust: Robust) -> bool:
     """Whether gradients may follow a search."""
     return (
-        robust.objectives == (MEAN_SUM, SIGMA_SUM)
+        robust.objectives[:2] == (MEAN_SUM, SIGMA_SUM)
         and isinstance(robust.sample, ToleranceSample)
         and not robust.space.integer.any()
         and getattr(robust.evaluate, "smooth", True)
@@ -808,7 +808,7 @@ def _smooth(robust: Robust) -> bool:
 
 def _picked(robust: Robust, evaluated: RobustValues, *, polish: bool) -> RobustValues:
     """Return the picks of evaluated designs, perhaps improved; none of other objectives."""
-    if not robust.trades_level_for_sigma:
+    if not robust.begins_with_level_and_sigma:
         return chosen(evaluated, [])
     today = robust(robust.space.nominal[np.newaxis])
     if polish:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -55,27 +56,22 @@ def pick(
     response is above today's, sigma-kept among those whose sum of sigma is not above today's
     either; best-sigma the smallest second objective.
 
-    - `values`: at least one feasible row, with two objectives.
+    - `values`: at least one feasible row; a level and a sigma are its first two objectives.
     - `today`: today's design under the same draws, one row; without it only best-mean and
       best-sigma are picked.
     - `allowed` (n,), optional: which rows may be none-louder and sigma-kept besides, such as those
       without a louder booming peak.
-    - returns: rows by name, of equals the better in the other objective. None-louder and
+    - returns: rows by name, of equals the better in the other of the two. None-louder and
       sigma-kept are missing where no design is better than today's.
 
     Raises
     ------
     InputError
-        No feasible row, or another number of objectives than two.
+        No feasible row, or a single objective.
     """
-    rows = np.flatnonzero(values.feasible)
-    if rows.size == 0:
-        raise InputError("no design of this front could be computed: there is nothing to pick")
-    if values.objectives.shape[1] != 2:
-        raise InputError(
-            f"picks belong to two objectives, not to {values.objectives.shape[1]}: choose a row by "
-            "its objectives"
-        )
+    rows = _feasible(values)
+    if values.objectives.shape[1] < 2:
+        raise InputError("picks belong to a level and a sigma, and there is one objective")
     every = np.ones(rows.size, dtype=bool)
     kept = {Pick.best_mean: every}
     if today is not None:
@@ -97,32 +93,43 @@ def pick(
     return row_of_pick
 
 
+def _feasible(values: RobustValues) -> npt.NDArray[np.intp]:
+    """Return the rows that may be picked, at least one."""
+    rows = np.flatnonzero(values.feasible)
+    if rows.size == 0 and not values.failed.all():
+        raise InputError(
+            "no design of this front keeps all limits under these draws: there is nothing to pick; "
+            "ease a limit, or search with more draws"
+        )
+    if rows.size == 0:
+        raise InputError("no design of this front could be computed: there is nothing to pick")
+    return rows
+
+
 NONE_WORSE, NEAREST = "none-worse", "nearest-to-ideal"
 """Picks of any objectives: no objective is above today's, and the nearest to the best of each."""
 
 
 def pick_of_any(
-    values: RobustValues, names: Sequence[str], today: RobustValues | None = None
+    values: RobustValues, names: Mapping[int, str], today: RobustValues | None = None
 ) -> ByPick[int]:
     """Return the rows of values that are the best of each objective, and two compromises.
 
     - `values`: at least one feasible row.
-    - `names`: of the objectives.
+    - `names`: of the objectives whose best is a pick, by their column.
     - `today`: today's design under the same draws, one row.
     - returns: ``best-<name>`` of each; ``none-worse``, the nearest to the ideal point of those in
       which no objective is above today's, if there is one; ``nearest-to-ideal``. Distances are in
       the box of the rows.
     - raises InputError: no feasible row.
     """
-    rows = np.flatnonzero(values.feasible)
-    if rows.size == 0:
-        raise InputError("no design of this front could be computed: there is nothing to pick")
+    rows = _feasible(values)
     objectives = values.objectives[rows]
     box = np.ptp(objectives, axis=0)
     scaled = (objectives - objectives.min(axis=0)) / np.where(box > 0.0, box, 1.0)
     distance = np.linalg.norm(scaled, axis=1)
     picks: ByPick[int] = ByPick()
-    for column, name in enumerate(names):
+    for column, name in names.items():
         best = np.lexsort((distance, objectives[:, column]))[0]
         picks[f"best-{name}"] = int(rows[best])
     if today is not None:
@@ -224,7 +231,8 @@ def _reach(start: float, points: RealArray, moved: RealArray, limit: float) -> f
 def improved(robust: Robust, evaluated: RobustValues, today: RobustValues) -> RobustValues:
     """Search each `Pick` on from the best design that is known, by gradient.
 
-    - `robust`: response of the search, smooth, whose designs share their draws.
+    - `robust`: response of the search, smooth, whose designs share their draws; its first two
+      objectives are the sums of means and sigmas.
     - `evaluated`: designs of the search.
     - `today`: today's design under the same draws, one row.
     - returns: the picks of the evaluated designs, of today's and of what they became.
@@ -233,7 +241,7 @@ def improved(robust: Robust, evaluated: RobustValues, today: RobustValues) -> Ro
     `deboom.explore.descent.is_smooth`, elsewhere by central differences under common draws. The
     constraints keep a distance of `KEPT_BY` of σ, which the draws of a verification may take.
     """
-    goal = _Goal(robust, today)
+    goal = _Goal(replace(robust, objectives=robust.objectives[:2]), today)
     evaluations = [evaluated, today]
     for name in Pick:
         all_designs = joined(evaluations)

@@ -6,14 +6,16 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
+from deboom.choices import LevelStatistic
 from deboom.common import AXES
 from deboom.compressor.acceptance import RISK, Bounds, ComponentLimits, StiffnessLimit
 from deboom.errors import InputError, naming
+from deboom.explore.moments import RobustLimit
 from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
 from deboom.files.schema import (
     AtLeastOne,
@@ -25,6 +27,7 @@ from deboom.files.schema import (
     load_toml,
 )
 from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.level_objectives import level_limits
 from deboom.vehicles.limits import (
     MountRequirements,
     OperatingStiffness,
@@ -190,14 +193,28 @@ class MountStiffnessEntry(_BoundedEntry):
     at_most_n_per_mm: Positive | None = None
 
 
+class LevelEntry(StrictModel):
+    """Largest level of a vehicle over the scatter of its parts; without a vehicle, of every one.
+
+    - `vehicle`: its name.
+    - `statistic`: see `deboom.choices.LevelStatistic`.
+    - `at_most_db`: mean over the lines, or the loudest line of ``peak``; ``today``: today's design.
+    """
+
+    vehicle: str | None = None
+    statistic: Annotated[LevelStatistic, Field(strict=False)] = LevelStatistic.mean
+    at_most_db: float | Literal["today"]
+
+
 class LimitsFile(StrictModel):
     """Content of a file of limits.
 
     - `format`: 1.
     - `kept_by`: ``design``: the design itself keeps the limits; ``every part``: each of its
       tolerance draws.
-    - `sag`, `travel`, `natural_frequency`, `stiffness`: the limits, each an array of tables; at
-      least one in all.
+    - `sag`, `travel`, `natural_frequency`, `stiffness`: limits of the mounts; `level`: limits of
+      the vehicles' levels, which belong to the scatter and not to a part. Each is an array of
+      tables; at least one in all.
     """
 
     format: Literal[1]
@@ -206,14 +223,20 @@ class LimitsFile(StrictModel):
     travel: Several[TravelEntry] = ()
     natural_frequency: Several[NaturalFrequencyEntry] = ()
     stiffness: Several[MountStiffnessEntry] = ()
+    level: Several[LevelEntry] = ()
 
     def faults(self) -> Iterator[str]:
         """Give a sentence for a file without a limit."""
-        if not (self.sag or self.travel or self.natural_frequency or self.stiffness):
+        if not (self.of_mounts or self.level):
             yield (
-                "there is no limit in it: add [[sag]], [[travel]], [[natural_frequency]] or "
-                "[[stiffness]]"
+                "there is no limit in it: add [[sag]], [[travel]], [[natural_frequency]], "
+                "[[stiffness]] or [[level]]"
             )
+
+    @property
+    def of_mounts(self) -> bool:
+        """Whether a limit is one of the mounts."""
+        return bool(self.sag or self.travel or self.natural_frequency or self.stiffness)
 
 
 def load_limits(path: Path) -> LimitsFile:
@@ -296,12 +319,30 @@ def load_parts(path: Path) -> PartScatterFile:
     return load_toml(path, PartScatterFile)
 
 
+def read_level_limits(path: Path | None, model: Any) -> tuple[RobustLimit, ...]:
+    """Read the limits of levels of a study.
+
+    - `path`: see `deboom.files.limits`; None is no limit.
+    - `model`: of a fleet, with ``levels``.
+    - raises InputError: a file that cannot be read; a vehicle that there is not.
+    """
+    if path is None:
+        return ()
+    entries = load_limits(path).level
+    with naming(path):
+        return tuple(
+            limit
+            for entry in entries
+            for limit in level_limits(model, entry.statistic, entry.at_most_db, entry.vehicle)
+        )
+
+
 def mount_limits(
     path: Path | None, runs: Runs, robust: Robust, factor: Factor = Factor.dynamic
 ) -> DesignLimits | None:
-    """Read the limits of a study.
+    """Read the limits of a study's mounts.
 
-    - `path`: see `deboom.files.limits`; None is no limit.
+    - `path`: see `deboom.files.limits`; None is no limit, nor is a file of levels alone.
     - `runs`: platform, and the first run, whose operating stiffness counts.
     - `robust`: its draws count where every part has to keep the limits.
     - `factor`: what a stiffness factor means, for travels.
@@ -311,6 +352,8 @@ def mount_limits(
     if path is None:
         return None
     content = load_limits(path)
+    if not content.of_mounts:
+        return None
     try:
         pairs = _quantities(content, runs, factor)
     except InputError as error:

@@ -14,6 +14,7 @@ from typer import Option
 from deboom.arrays import RealArray
 from deboom.common import PERCENT
 from deboom.errors import InputError
+from deboom.explore.moments import RobustLimit
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import (
     PartNumber,
@@ -37,7 +38,7 @@ from deboom.files.tables import Row, read_rows
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.part_scatter import LibraryScatter, ScatterPrior, library_scatter
 from deboom.report import Report
-from deboom.runs.options import Aim, Bounds, Tolerance, robust_response
+from deboom.runs.options import AimOptions, Bounds, Tolerance, robust_response
 from deboom.vehicles.design_factor import factor_space
 
 REFERENCE = 0.15
@@ -78,19 +79,12 @@ class MadeParts:
         evaluate: Evaluate,
         sample: ToleranceSampler,
         *,
-        aim: Aim = Aim.mean,
-        nominal_mean: bool = False,
-        control_variate: bool = False,
+        aims: AimOptions | None = None,
+        limits: Sequence[RobustLimit] = (),
     ) -> Robust:
         """Wrap a model with this scatter; see `deboom.runs.options.robust_response`."""
         return robust_response(
-            evaluate,
-            self.space,
-            sample,
-            aim=aim,
-            nominal_mean=nominal_mean,
-            control_variate=control_variate,
-            structure=self.structure,
+            evaluate, self.space, sample, aims=aims, structure=self.structure, limits=limits
         )
 
     @property

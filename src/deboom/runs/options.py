@@ -6,7 +6,7 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_type_hints
@@ -14,10 +14,17 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 from typer import CallbackParam, Option
 from typer.models import ArgumentInfo, OptionInfo
 
-from deboom.choices import CalibrationLevel
-from deboom.errors import InputError
-from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, Statistic
-from deboom.explore.robust import Robust
+from deboom.choices import CalibrationLevel, LevelStatistic
+from deboom.errors import InputError, naming
+from deboom.explore.moments import (
+    MEAN_SUM,
+    SIGMA_SUM,
+    Estimator,
+    Objective,
+    RobustLimit,
+    Statistic,
+)
+from deboom.explore.robust import MOST_OBJECTIVES, Robust
 from deboom.explore.scatter import (
     FreshGaussianSampler,
     ToleranceSampler,
@@ -26,6 +33,7 @@ from deboom.explore.scatter import (
     sobol_sample,
 )
 from deboom.explore.space import DesignSpace, Evaluate
+from deboom.vehicles.level_objectives import TAIL, level_objective
 
 
 def at_least(least: int, *, power_of_two: bool = False) -> Callable[..., int]:
@@ -180,10 +188,6 @@ def band_of(text: str) -> tuple[float, float]:
     return low, high
 
 
-TAIL = 0.95
-"""Share of all parts below the quantile, and above which the worst parts are [1]."""
-
-
 class Aim(Enum):
     """First and second objective of a search."""
 
@@ -205,31 +209,90 @@ _OBJECTIVES: dict[Aim, tuple[Objective, Objective]] = {
 }
 
 
+@dataclass(frozen=True)
+class AimOptions:
+    """Options of a study: what its search minimises, and how mean and sigma are computed."""
+
+    objective: Annotated[Aim, Option(help="First two objectives of the search.")] = Aim.mean
+    also: Annotated[
+        list[str] | None,
+        Option(
+            help="Further objective, as STATISTIC=VEHICLE, or STATISTIC for the worst vehicle; "
+            f"STATISTIC is {', '.join(LevelStatistic)}; repeatable, at most {MOST_OBJECTIVES - 2}."
+        ),
+    ] = None
+    weight: Annotated[
+        list[str] | None,
+        Option(
+            help="Weight of a vehicle in the sums, as VEHICLE=WEIGHT, such as its share of "
+            "production; repeatable; others have 1."
+        ),
+    ] = None
+    nominal_mean: Annotated[
+        bool, Option(help="Take the level of the design itself in place of the mean.")
+    ] = False
+    control_variate: Annotated[
+        bool, Option(help="Compute mean and sigma with a control variate (regression).")
+    ] = False
+
+    def objectives(self, model: Evaluate) -> tuple[Objective, ...]:
+        """Return the objectives; InputError for a statistic or a vehicle that there is not."""
+        further = []
+        for text in self.also or ():
+            statistic, _, vehicle = text.partition("=")
+            if statistic not in set(LevelStatistic):
+                raise InputError(
+                    f"--also {text}: write STATISTIC or STATISTIC=VEHICLE, with one of "
+                    f"{', '.join(LevelStatistic)}"
+                )
+            with naming(f"--also {text}"):
+                further.append(level_objective(model, LevelStatistic(statistic), vehicle or None))
+        return (*_OBJECTIVES[self.objective], *further)
+
+    def weights(self, vehicles: Sequence[str]) -> list[float] | None:
+        """Return the weight of each vehicle, None if all are alike; InputError for no vehicle."""
+        weights = dict.fromkeys(vehicles, 1.0)
+        for text in self.weight or ():
+            name, _, number = text.rpartition("=")
+            try:
+                weights[name] = float(number)
+            except ValueError:
+                name = ""
+            if name not in vehicles:
+                raise InputError(
+                    f"--weight {text}: write VEHICLE=WEIGHT with one of {', '.join(vehicles)}"
+                )
+        return list(weights.values()) if self.weight else None
+
+
 def robust_response(
     evaluate: Evaluate,
     space: DesignSpace,
     sample: ToleranceSampler,
     *,
-    aim: Aim = Aim.mean,
-    nominal_mean: bool = False,
-    control_variate: bool = False,
+    aims: AimOptions | None = None,
     structure: ToleranceStructure | None = None,
+    limits: Sequence[RobustLimit] = (),
 ) -> Robust:
     """Wrap a model with scatter as a study's options ask for; see `Robust` for the rest.
 
-    - `aim`: what the search minimises.
-    - `control_variate`: read mean and sigma with a parabola of the draws as control variate.
+    - `aims`: what the search minimises; by default the sums over the vehicles of mean and sigma.
     - `structure`: what the scatter of the variables has in common.
+    - `limits`: of numbers over the scatter.
+    - raises InputError: see `AimOptions`.
     """
-    estimator = Estimator(degree=2 if control_variate else 0)
+    aims = aims or AimOptions()
     return Robust(
         evaluate,
         space,
         sample,
-        nominal_mean=nominal_mean,
-        estimator=estimator,
-        objectives=_OBJECTIVES[aim],
+        nominal_mean=aims.nominal_mean,
+        # a parabola of the draws
+        estimator=Estimator(degree=2 if aims.control_variate else 0),
+        objectives=aims.objectives(evaluate),
         structure=structure,
+        limits=limits,
+        weights=aims.weights(evaluate.response_names),
     )
 
 

@@ -27,48 +27,79 @@ from deboom.runs.result import RunContext
 from deboom.vehicles.fleet_front import FleetFront, PeakRise
 
 
-def report_limits(
-    report: Report,
-    limits: DesignLimits | None,
-    search: SearchResult,
-    designs: Mapping[str, RealArray],
-) -> None:
-    """Add to a report what the limits did; nothing without limits.
+def report_limits(report: Report, limits: DesignLimits | None, front: Front) -> None:
+    """Add to a report what the limits of a search did; nothing without limits.
 
-    The report gets the tables ``limits`` and ``beyond_limits``, the key ``n_beyond_limits`` and a
-    section, and warns of a named design that misses a limit because variables without effect on the
-    noise went back to nominal. Of `designs`, (k,) each, the first one is today's.
+    The report gets the tables ``limits`` of numbers of a design, ``level_limits`` of numbers over
+    the scatter, and ``beyond_limits``, the key ``n_beyond_limits`` and a section. It warns of a
+    named design that misses a limit because variables without effect on the noise went back to
+    nominal.
     """
-    if limits is None:
+    search, designs = front.search, front.named_designs
+    every = (limits.around(front.robust) if limits else front.robust).limits
+    if every is None:
         return
-    requirements, bounds = limits.requirements, limits.limits
-    for name, design in list(designs.items())[1:]:
-        excess = bounds.excess(requirements(design[np.newaxis, :]))
-        if np.any(excess > 0.0):
-            report.warn(f"The design '{name}' misses a limit: {bounds.closest(excess)}.")
-    whose = "every drawn part" if limits.every_part else "the design itself"
+    whose = []
+    if front.robust.limits:
+        whose.append("by levels over the scatter")
+    if limits:
+        requirements, bounds = limits.requirements, limits.limits
+        whose.append(f"by {'every drawn part' if limits.every_part else 'the design itself'}")
+        for name, design in list(designs.items())[1:]:
+            excess = bounds.excess(requirements(design[np.newaxis, :]))
+            if np.any(excess > 0.0):
+                report.warn(f"The design '{name}' misses a limit: {bounds.closest(excess)}.")
     report.section(
         "Limits",
-        f"Limits had to be kept by {whose}: {search.infeasible.sum()} "
+        f"Limits had to be kept {' and '.join(whose)}: {search.infeasible.sum()} "
         f"of {search.n_evaluated} designs miss one. All designs of the front keep all.",
     )
-    table = _limited_numbers(requirements, bounds, designs)
-    report.table("limits", table, "Limited numbers of the named designs, without scatter.")
-    report.table("beyond_limits", _beyond(search, requirements.variable_names, bounds))
+    if limits:
+        values = limits.requirements(np.stack(list(designs.values())))
+        report.table(
+            "limits",
+            _limited_numbers(limits.limits.limits, dict(zip(designs, values, strict=True))),
+            "Limited numbers of the named designs, without scatter.",
+        )
+        report.inputs += limits.inputs
+    if front.robust.limits:
+        report.table(
+            "level_limits",
+            _limited_levels(front),
+            "Limited levels of the named designs, under the draws of the verification: means over "
+            "the lines, and loudest lines.",
+        )
+    report.table("beyond_limits", _beyond(search, front.variables, every))
     report.summary["n_beyond_limits"] = int(search.infeasible.sum())
-    report.inputs += limits.inputs
 
 
-def _limited_numbers(
-    requirements: Requirements, limits: Limits, designs: Mapping[str, RealArray]
-) -> pd.DataFrame:
-    """One row per limited number: its value in each design, and its bounds."""
-    numbers = requirements(np.stack(list(designs.values())))
-    bounds = limits.limits
+def _limited_levels(front: Front) -> pd.DataFrame:
+    """Tabulate limited numbers over the scatter, those of sums over lines divided by the lines."""
+    designs = np.stack(list(front.named_designs.values()))
+    sets = [(robust, robust.limits) for robust in front.judge.sets if robust.limits]
+    values = np.mean([kept.responses(robust(designs).excess) for robust, kept in sets], axis=0)
+    # today's number is another one under each set of draws
+    most = np.mean([[limit.at_most for limit in kept.limits] for _, kept in sets], axis=0)
+    limits = []
+    for column, (number, limit) in enumerate(
+        zip(sets[0][1].numbers, sets[0][1].limits, strict=True)
+    ):
+        of_sum = not callable(number.objective.response)
+        scale = 1.0 / front.n_lines if of_sum else 1.0
+        values[:, column] *= scale
+        name = f"{limit.response}, per line" if of_sum else limit.response
+        limits.append(Limit(name, limit.unit, at_most=float(scale * most[column])))
+    return _limited_numbers(limits, dict(zip(front.named_designs, values, strict=True)))
+
+
+def _limited_numbers(bounds: Sequence[Limit], designs: Mapping[str, RealArray]) -> pd.DataFrame:
+    """One row per limited number: its value in each design, and its bounds.
+
+    - `designs`: values of the limited numbers of each design, by its name.
+    """
     labels = [f"{limit.response} [{limit.unit}]" for limit in bounds]
     table: dict[str, Sequence[object]] = {"number": labels}
-    for name, row in zip(designs, numbers, strict=True):
-        table[name] = row.tolist()
+    table |= {name: row.tolist() for name, row in designs.items()}
     for side in ("at_least", "at_most"):
         values = np.array([getattr(limit, side) for limit in bounds])
         table[side.replace("_", " ")] = np.where(np.isfinite(values), values, np.nan).tolist()

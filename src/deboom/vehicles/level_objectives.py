@@ -1,0 +1,103 @@
+"""Levels of single vehicles, or of the worst one, as objectives and limits of a search."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.arrays import RealArray
+from deboom.choices import LevelStatistic
+from deboom.errors import InputError
+from deboom.explore.moments import Objective, RobustLimit, Statistic
+from deboom.vehicles.fleet_front import load_cases_of
+
+TAIL = 0.95
+"""Share of all parts below the quantile, and above which the worst parts are [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class LoudestLine:
+    """SPL of the loudest line of vehicles, over all load cases.
+
+    - `model`: with ``frequency`` and ``levels``.
+    - `vehicles`: some of its vehicles.
+    """
+
+    model: Any
+    vehicles: tuple[str, ...]
+
+    response_unit = "dB(A)"
+    quantity = "loudest line"
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """Those of the model."""
+        return tuple(self.model.variable_names)
+
+    @property
+    def response_names(self) -> tuple[str, ...]:
+        """The vehicles."""
+        return self.vehicles
+
+    def __call__(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the SPL of designs (n, k), shape (n, v) [dB(A)]."""
+        names = list(self.model.response_names)
+        rows = [names.index(vehicle) for vehicle in self.vehicles]
+        cases = [
+            np.asarray(self.model.levels(designs, case))[:, rows].max(axis=2)
+            for case in load_cases_of(self.model)
+        ]
+        return np.asarray(np.max(cases, axis=0))
+
+
+_STATISTICS = {
+    LevelStatistic.mean: Statistic.MEAN,
+    LevelStatistic.sigma: Statistic.SIGMA,
+    LevelStatistic.quantile: Statistic.QUANTILE,
+    LevelStatistic.tail: Statistic.TAIL_MEAN,
+    LevelStatistic.peak: Statistic.MEAN,
+}
+
+
+def level_objective(model: Any, statistic: LevelStatistic, vehicle: str | None = None) -> Objective:
+    """Return a number of a vehicle's level over its scatter, to be minimised or limited.
+
+    The peak is the mean of the loudest line; all others are of SPLV, the sum over the lines
+    [dB(A)].
+
+    - `model`: of a fleet, with ``levels``.
+    - `vehicle`: its name; None: the worst vehicle.
+    - raises InputError: no such vehicle.
+    """
+    vehicles = tuple(model.response_names)
+    if vehicle is not None and vehicle not in vehicles:
+        raise InputError(f"there is no vehicle '{vehicle}': use one of {', '.join(vehicles)}")
+    plain = Objective(_STATISTICS[statistic], worst=vehicle is None, share=TAIL)
+    name, whose = plain.name.partition(",")[0], vehicle or "worst vehicle"
+    if statistic is LevelStatistic.peak:
+        line = LoudestLine(model, vehicles if vehicle is None else (vehicle,))
+        return replace(plain, response=line, label=f"{name} of the loudest line, {whose}")
+    unit = "dB" if statistic is LevelStatistic.sigma else ""
+    return replace(plain, response=vehicle, unit=unit, label=f"{name} of SPLV, {whose}")
+
+
+def level_limits(
+    model: Any, statistic: LevelStatistic, at_most: float | str, vehicle: str | None = None
+) -> tuple[RobustLimit, ...]:
+    """Return the limits that a vehicle, or every vehicle, keeps a level.
+
+    - `at_most`: mean over the lines, or the loudest line [dB(A); dB of sigma]; ``"today"``: each
+      vehicle's own of today's design.
+    - `vehicle`: its name; None: every vehicle.
+    - raises InputError: as `level_objective`; a bound of another text.
+    """
+    of_each: Sequence[str | None] = [vehicle]
+    if vehicle is None and isinstance(at_most, str):
+        of_each = tuple(model.response_names)
+    n_lines = 1 if statistic is LevelStatistic.peak else model.n_lines
+    bound = at_most if isinstance(at_most, str) else n_lines * at_most
+    return tuple(level_objective(model, statistic, name).at_most(bound) for name in of_each)

@@ -384,6 +384,13 @@ class Robust:
         return is_level and sigma is Statistic.SIGMA
 
     @property
+    def weight_ratios(self) -> RealArray:
+        """Weights of the responses over the smallest above 0, shape (r,) [1]."""
+        if self.weights is None:
+            return np.ones(len(self.evaluate.response_names))
+        return np.asarray(np.round(self.weights / self.weights[self.weights > 0.0].min(), 9))
+
+    @property
     def n_draws(self) -> int:
         """Number of independent draws that make one part: columns of its sample."""
         return self.space.n_variables if self.structure is None else self.structure.n_draws

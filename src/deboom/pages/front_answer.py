@@ -87,8 +87,10 @@ def vehicle_table(
         f"P{COMMON_PERCENTILE:.0f} [dB(A)]": tail[rows].tolist(),
     }
     if len(fleet.vehicles) > 1:
-        means = ("mean", before.mean(), after.mean(), (after - before).mean(), _ends(mean, 0))
-        for column, value in zip(table, (*means, "", "", share.mean(), None), strict=True):
+        whose = "mean" if fleet.weights is None else "weighted mean"
+        levels = (float(fleet.mean(each)) for each in (before, after, after - before))
+        means = (whose, *levels, _ends(mean, 0), "", "", float(fleet.mean(share)), None)
+        for column, value in zip(table, means, strict=True):
             table[column].append(value)
     frame = pd.DataFrame(table)
     return frame.drop(columns="90 % interval [dB]") if interval is None else frame

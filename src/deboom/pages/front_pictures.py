@@ -250,7 +250,7 @@ def _distributions(report: Report, view: PlatformFront) -> None:
     today = front.robust.space.nominal
     for name, design in (("today", today), ("best-mean", front.pick_designs[Pick.best_mean])):
         made, splv = front.judge.sets[0].made_responses(design)
-        parts[name] = {stiffness: made[:, strongest], level: splv.mean(axis=1) / lines}
+        parts[name] = {stiffness: made[:, strongest], level: view.fleet.mean(splv) / lines}
     report.figure(
         "scatter_of_parts",
         lambda: plot.joint_scatter(parts, {"today": MUTED, "best-mean": ACCENT}),

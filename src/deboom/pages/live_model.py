@@ -216,6 +216,7 @@ def live_page(
             "motion": model.motion.value,
             "motions": ["coupled", "prescribed"] if both else [model.motion.value],
             "starts": [{"name": start.name, "design": start.design.tolist()} for start in starts],
+            "vehicleWeights": robust.weight_ratios[rows].tolist(),
             **_coloured(runs.platform, heard.fleet),
         }
     )

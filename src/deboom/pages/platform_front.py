@@ -145,6 +145,7 @@ class PlatformFront:
             self.fleet.splv_change(self.best),
             drawn,
             receptance=any(v.receptance is not None for v in self.runs.fleet.vehicles),
+            weights=self.fleet.weights,
             prescribed=self.with_prescribed_motion,
             old_stops=self.as_softer_rubber,
         )
@@ -159,7 +160,7 @@ class PlatformFront:
             else self.runs.model(Motion.prescribed, self.index.factor, loss_factors=loss)
         )
         both = np.asarray(model(np.stack([self.front.robust.space.nominal, self.best])))
-        return float((both[1] - both[0]).mean() / self.index.n_lines)
+        return float(self.fleet.mean(both[1] - both[0]) / self.index.n_lines)
 
     @cached_property
     def evaluated_changes(self) -> RealArray:
@@ -217,12 +218,12 @@ class PlatformFront:
         today, best = self.front.robust.space.nominal, self.front.pick_designs[Pick.best_mean]
         alone = np.where(np.eye(len(best), dtype=bool), best, today)
         order = np.argsort(
-            [self.fleet.splv_change(design).mean() for design in alone], kind="stable"
+            [self.fleet.mean(self.fleet.splv_change(design)) for design in alone], kind="stable"
         )
-        whole = self.fleet.splv_change(best).mean()
+        whole = self.fleet.mean(self.fleet.splv_change(best))
         columns = [int(column) for column in order]
         for count in range(1, len(columns)):
-            if self.only(columns[:count]).mean() <= TELLING * whole:
+            if self.fleet.mean(self.only(columns[:count])) <= TELLING * whole:
                 return columns[:count]
         return columns
 
@@ -246,7 +247,8 @@ class PlatformFront:
         moved = best.copy()
         for column in set(self.edges(best)) & set(self.telling):
             moved[column] += FURTHER if best[column] > space.nominal[column] else -FURTHER
-        return float((self.fleet.splv_change(moved) - self.fleet.splv_change(best)).mean())
+        further = self.fleet.splv_change(moved) - self.fleet.splv_change(best)
+        return float(self.fleet.mean(further))
 
     @cached_property
     def as_softer_rubber(self) -> float:
@@ -260,7 +262,7 @@ class PlatformFront:
             )
         except InputError:
             return float("nan")
-        return float((both[1] - both[0]).mean() / self.index.n_lines)
+        return float(self.fleet.mean(both[1] - both[0]) / self.index.n_lines)
 
     @cached_property
     def price(self) -> pd.DataFrame | str:

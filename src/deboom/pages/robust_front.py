@@ -141,7 +141,7 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         else "How sure: not known; an interval is stated for coupled motion and factors of the "
         "dynamic stiffness alone.",
         f"Scatter of parts (σ) {spread}. Levels: mean of the lines, {view.load_case.title}. "
-        f"{abbreviations(mounts)}",
+        f"{_weights(view)}{abbreviations(mounts)}",
     )
     whose = "its vehicle's level of today" if view.target is None else f"{view.target:g} dB(A)"
     interval, mean_interval = (sure.cars, sure.mean) if sure else (None, None)
@@ -176,6 +176,17 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         Step(f"deboom report {view.run} --supplier", "sheets for the supplier to quote"),
         Step(f"deboom driven {view.run} FOLDER", "compare a driven prototype with this"),
     )
+
+
+def _weights(view: PlatformFront) -> str:
+    """Say how vehicles count in means, where they do not count alike."""
+    if view.fleet.weights is None:
+        return ""
+    ratios = view.front.robust.weight_ratios
+    pairs = zip(view.fleet.vehicles, ratios, strict=True)
+    counted = [f"{name} {ratio:.3g}" for name, ratio in pairs if ratio != 1.0]
+    rest = ", every other vehicle 1" if len(counted) < len(ratios) else ""
+    return f"In each mean of the vehicles the weights are {', '.join(counted)}{rest}. "
 
 
 def _verdict(view: PlatformFront, mean: float) -> str:
@@ -219,7 +230,8 @@ def _parts_table(view: PlatformFront) -> pd.DataFrame:
     needs = view.freedom.needs
     wanted = [column for column, need in enumerate(needs) if need is Need.wanted]
     alone = {column: view.only([column]) for column in {*view.telling, *wanted}}
-    columns = sorted(alone, key=lambda column: alone[column].mean())[:MOST_PARTS]
+    mean_alone = {column: float(view.fleet.mean(changes)) for column, changes in alone.items()}
+    columns = sorted(alone, key=lambda column: mean_alone[column])[:MOST_PARTS]
     nominal = np.append(
         view.nominal_stiffness,
         np.full(len(view.best) - len(view.nominal_stiffness), np.nan),
@@ -231,7 +243,7 @@ def _parts_table(view: PlatformFront) -> pd.DataFrame:
             "of today's [1]": view.best[columns],
             "build [N/mm]": view.best[columns] * nominal[columns],
             "today [N/mm]": nominal[columns],
-            "alone [dB]": [float(alone[column].mean()) for column in columns],
+            "alone [dB]": [mean_alone[column] for column in columns],
             "alone, where most": [_most(alone[column], view.fleet.vehicles) for column in columns],
         }
     )
@@ -249,7 +261,7 @@ def _about_parts(view: PlatformFront) -> list[str]:
     bring = "brings" if len(view.telling) == 1 else "bring"
     sentences = [
         f"{listed(tuple(names[column] for column in view.telling))} alone {bring} "
-        f"{signed(float(view.only(view.telling).mean()), 1)} dB of the mean.",
+        f"{signed(float(view.fleet.mean(view.only(view.telling))), 1)} dB of the mean.",
     ]
     at_edge = [names[column] for column in view.telling if column in view.edges(view.best)]
     if at_edge:
@@ -372,6 +384,14 @@ def _conflict(report: Report, view: PlatformFront) -> None:
             "level over the scatter. Down and left is better; where the cloud bends, one vehicle "
             "gains and the others lose.",
         )
+    if view.front.robust.n_objectives > 2:
+        report.figure(
+            "pareto_front",
+            view.front.picture,
+            "Each pair of objectives of the front, with today's mounts and the picks; down and "
+            "left is better. A design that is beaten in one pair is better in another.",
+        )
+        return
     report.figure(
         "pareto_front",
         lambda: view.front.picture(view.judged_prescribed, width),
@@ -423,7 +443,8 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         "The picks",
         "Best-mean: least mean level. None-louder: the same among designs in which no vehicle and "
         "no booming peak is louder than today. Sigma-kept: the same with no more scatter than "
-        f"today. Best-sigma: least scatter. Here: {'; '.join(names)}.{missing}",
+        f"today. Best-sigma: least scatter.{_further_picks(view.front)} Here: {'; '.join(names)}."
+        f"{missing}",
         leads=True,
     )
     report.table(
@@ -441,11 +462,26 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     report.table("per_vehicle", _per_vehicle(view))
 
 
+def _further_picks(front: Front) -> str:
+    """Say what the picks of objectives beyond level and sigma are; empty without any."""
+    if front.robust.n_objectives == 2:
+        return ""
+    best = (f"Best-{each.name}: least {each.name}." for each in front.robust.objectives[2:])
+    return (
+        f" {' '.join(best)} Nearest-to-ideal: nearest to the best of every objective, over their "
+        "ranges. None-worse: the same among designs that are above today in none."
+    )
+
+
 def _load_cases(report: Report, view: PlatformFront) -> None:
     """Show what the picks change in each load case, and where best-mean does least."""
     cases, column = view.by_load_case, f"{Pick.best_mean} [dB]"
     worst = cases.iloc[int(cases[column].argmax())]
-    by_case = cases.drop(columns="vehicle").groupby("load case", sort=False).mean()
+    means = {
+        name: view.fleet.mean(part.drop(columns=["load case", "vehicle"]).to_numpy(float).T)
+        for name, part in cases.groupby("load case", sort=False)
+    }
+    by_case = pd.DataFrame(means, index=cases.columns[2:]).T.rename_axis("load case")
     titles = {name: view.platform.load_case(name).title for name in by_case.index}
     report.table(
         "load_cases",
@@ -651,10 +687,15 @@ def _search(report: Report, view: PlatformFront) -> None:
 
 def aim_note(robust: Robust) -> str:
     """Say what a report must say about objectives that are not the two sums; empty otherwise."""
+    names = tuple(objective.name for objective in robust.objectives)
     if robust.objectives == (MEAN_SUM, SIGMA_SUM):
         return ""
-    first, second = (objective.name for objective in robust.objectives)
+    if robust.objectives[:2] == (MEAN_SUM, SIGMA_SUM):
+        return (
+            f"Beside these two the search minimised {listed(names[2:])}. Figures of mean and sigma "
+            "show designs that others beat there, but not in all objectives."
+        )
     return (
-        f"The search minimised {first}, and {second}; picks are those of these objectives. Tables "
+        f"The search minimised {listed(names)}; picks are those of these objectives. Tables "
         "and figures show mean and sigma, in which the front is not a front."
     )

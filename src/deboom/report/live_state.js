@@ -18,7 +18,7 @@ const session = {
   line: null, // line that is read
   loss: false, // whether the sliders move loss factors
   caseWeights: Float64Array.from(cases, (loadCase) => loadCase.weight),
-  vehicleWeights: nothing(V, 1),
+  vehicleWeights: Float64Array.from(data.vehicleWeights),
   limits: { mean: nothing(V, NaN), peak: nothing(V, Infinity), atLeast: nothing(nPrice, -Infinity), atMost: nothing(nPrice, Infinity) }, // NaN: today's
   lower: Float64Array.from(data.lower),
   upper: Float64Array.from(data.upper),
@@ -178,7 +178,7 @@ function take(state) {
   const caseWeights = Float64Array.from(cases, (loadCase) => loadCase.weight);
   numbers(caseWeights, weights.load_cases, cases.map((loadCase) => loadCase.name));
   if (caseWeights.every((weight) => weight >= 0) && caseWeights.some((weight) => weight > 0)) session.caseWeights = caseWeights;
-  const vehicleWeights = nothing(V, 1);
+  const vehicleWeights = Float64Array.from(data.vehicleWeights);
   numbers(vehicleWeights, weights.vehicles, vehicleNames);
   if (vehicleWeights.every((weight) => weight >= 0)) session.vehicleWeights = vehicleWeights;
   session.sameAs = Object.fromEntries(Object.entries(state.same_part || {}).filter((pair) => pair.every((name) => data.mounts.some((mount) => mount.name === name))));

@@ -151,6 +151,15 @@ class FleetFront:
         """Lines of the band, shape (n_frequency,) [Hz]."""
         return np.asarray(self.model.frequency)
 
+    @property
+    def weights(self) -> RealArray | None:
+        """Weights of the vehicles in means and sums, shape (v,) [1]; None: all alike."""
+        return self.front.robust.weights
+
+    def mean(self, values: RealArray) -> RealArray:
+        """Return the mean over the vehicles, weighted as in the search, of values (..., v)."""
+        return np.asarray(np.average(values, axis=-1, weights=self.weights))
+
     def splv_change(self, design: RealArray) -> RealArray:
         """Change of SPLV over the number of lines against today's design, shape (v,) [dB]."""
         both = self.model(np.stack([self.today, design]))

@@ -170,6 +170,7 @@ def change_parts(
     prescribed: float = float("nan"),
     old_stops: float = float("nan"),
     share: float = 0.9,
+    weights: RealArray | None = None,
 ) -> ChangeParts:
     """Compose what the change by a design may be, in each vehicle and in their mean.
 
@@ -179,6 +180,8 @@ def change_parts(
         See `change_interval`.
     prescribed, old_stops : float
         Mean change in which the powertrain's motion, or the stops, stay as they are [dB].
+    weights : array, shape (v,), optional
+        Of the vehicles in the mean [1]; by default all alike.
 
     Returns
     -------
@@ -204,9 +207,9 @@ def change_parts(
     """
     change, again = np.asarray(predicted, dtype=float), np.asarray(drawn, dtype=float)
     cars = change_interval(change, again, receptance=receptance, share=share)
-    mean = change_interval(
-        [change.mean()], again.mean(axis=1, keepdims=True), receptance=receptance, share=share
-    )
+    means = (np.average(each, axis=-1, weights=weights) for each in (change, again))
+    predicted_mean, drawn_means = (each[..., np.newaxis] for each in means)
+    mean = change_interval(predicted_mean, drawn_means, receptance=receptance, share=share)
     unseen = float("nan")
     if len(change) > 1:
         quantile = float(student.ppf(0.5 + share / 2.0, len(change) - 1))

@@ -48,6 +48,7 @@ from deboom.explore.sensitivity import (
     sobol_designs,
 )
 from deboom.explore.space import DesignSpace
+from deboom.files.limits import load_limits, read_level_limits
 from deboom.pages.front import report_front, report_heard
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,
@@ -55,7 +56,9 @@ from deboom.pages.front_answer import (
     peaks_sentence,
     run_up_sounds,
     vehicle_table,
+    weights_sentence,
 )
+from deboom.pages.robust_front import aim_note
 from deboom.pages.sensitivity import index_table
 from deboom.plot.style import mount_colours, mount_of, signed, vehicle_colours
 from deboom.progress import counted, progress_bar
@@ -69,7 +72,16 @@ from deboom.runs.compressor_fleet import (
     travel_limit,
     virtual_fleet,
 )
-from deboom.runs.options import BAND, Bounds, Level, Seed, at_least, band_of
+from deboom.runs.options import (
+    BAND,
+    AimOptions,
+    Bounds,
+    Level,
+    Seed,
+    at_least,
+    band_of,
+    robust_response,
+)
 from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import (
     PeakRiseOption,
@@ -136,6 +148,10 @@ class Options:
         float, Option(help="Largest allowed travel under 1 g, over today's travel [1].")
     ] = 1.2
     peak_rise: PeakRiseOption = None
+    limits: Annotated[
+        Path | None, Option(help="TOML file with limits of the levels of cars, [[level]].")
+    ] = None
+    aims: AimOptions = AimOptions()
     tolerance: Annotated[
         float, Option(help="Half width of the scatter of a mount's stiffness, 3 sigma [1].")
     ] = 0.15
@@ -258,7 +274,14 @@ def prepare(options: Options) -> Model:
             f"scatter needs at least {space.n_variables + 2} draws"
         )
     sample = sobol_sample(space.n_variables, options.samples, seed=options.seed)
-    return Model(mounted, Robust(mounted.index, space, sample))
+    of_levels = read_level_limits(options.limits, mounted.index)
+    if options.limits and load_limits(options.limits).of_mounts:
+        raise InputError(
+            f"{options.limits}: here only levels are limited, [[level]]: leave the others out, and "
+            "limit the travel with --travel"
+        )
+    robust = robust_response(mounted.index, space, sample, aims=options.aims, limits=of_levels)
+    return Model(mounted, robust)
 
 
 def run(prepared: Model, options: Options, context: RunContext | None = None) -> Report:
@@ -266,13 +289,14 @@ def run(prepared: Model, options: Options, context: RunContext | None = None) ->
     model, robust, seed = prepared.mounted, prepared.robust, options.seed
     space = robust.space
     limits = travel_limit(model, space, options.travel)
+    of_limits = [options.limits] if options.limits else []
     if options.peak_rise is not None:
         limits = keeping_peaks(limits, model.index, space.nominal, options.peak_rise)
     front = options.search.front(
         robust,
         seed=seed,
         run=context,
-        inputs=model.fleet.inputs,
+        inputs=(*model.fleet.inputs, *of_limits),
         limits=limits,
         verified_with=options.checks,
     )
@@ -281,7 +305,9 @@ def run(prepared: Model, options: Options, context: RunContext | None = None) ->
         model=model,
         sobol=stiffness_sobol(model, space, options.n, seed=seed),
     )
-    return front_report(view, options, limits, run_name(context, "compressor_robust_front"))
+    report = front_report(view, options, limits, run_name(context, "compressor_robust_front"))
+    report.inputs += of_limits
+    return report
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -420,7 +446,7 @@ def front_report(view: MountFront, options: Options, limits: DesignLimits, run: 
         f"NSGA-II, {search.hypervolume.size} generations, {search.seconds:.1f} s. "
         f"{view.front.text} Every design was evaluated {view.front.robust.sample.n_samples} times "
         f"within its tolerance; the front was verified with {view.front.judge.n_samples} draws "
-        "that the search never saw.",
+        f"that the search never saw. {aim_note(view.front.robust)}".strip(),
     )
     report_front(report, view.front)
     return report
@@ -441,7 +467,7 @@ def _tell(report: Report, view: MountFront) -> None:
         )
         for name in (Pick.best_mean, Pick.best_sigma)
     }
-    mean, travel = float(view.change.mean()), view.travel(view.best)
+    mean, travel = float(view.fleet.mean(view.change)), view.travel(view.best)
     today, best = (
         view.stiffness(design) for design in (view.front.robust.space.nominal, view.best)
     )
@@ -450,9 +476,9 @@ def _tell(report: Report, view: MountFront) -> None:
             f"{view.names[k]}, of today's; {best[k]:.1f} N/mm at {view.model.reference_line:g} Hz"
         )
         report.tile(f"× {best[k] / today[k]:.2f}", what)
-    heard = np.diff(mean_levels(view.fleet, view.best), axis=0)
+    before, after = mean_levels(view.fleet, view.best)
     report.tile(
-        f"{signed(float(heard.mean()), 1)} dB",
+        f"{signed(float(view.fleet.mean(after - before)), 1)} dB",
         "mean level of what is heard, best-mean against today",
     )
     report.tile(f"{signed(sigma[Pick.best_mean], 0)} %", "σ of the mean level over the tolerance")
@@ -563,7 +589,7 @@ def _answer_in_words(view: MountFront) -> tuple[str, str, str]:
         if falls
         else ""
     )
-    change = signed(float((after - before).mean()), 1)
+    change = signed(float(fleet.mean(after - before)), 1)
     return (
         f"{moves[0].upper()}{moves[1:]} of today's stiffness: {top}{peaks_sentence(fleet, best)}; "
         f"{change} dB on average of what is heard.",
@@ -571,7 +597,7 @@ def _answer_in_words(view: MountFront) -> tuple[str, str, str]:
         "docs/validation.md; no interval is known for a compressor.",
         "In averages, lines below the threshold of hearing (ISO 226) count with the level of the "
         "threshold. Peaks count with their own level. Stiffness: |K| at "
-        f"{view.model.reference_line:g} Hz. Pressures: "
+        f"{view.model.reference_line:g} Hz. {weights_sentence(fleet)}Pressures: "
         f"{', '.join(view.index.case_names)}.",
     )
 
@@ -586,7 +612,7 @@ def _louder_peak(view: MountFront, before: RealArray) -> str:
     if float(view.fleet.peak_rise(view.best[np.newaxis])[0]) <= RISEN:
         return ""
     design = view.front.pick_designs[Pick.none_louder]
-    change = float((view.fleet.cars(design).levels.mean(axis=0) - before).mean())
+    change = float(view.fleet.mean(view.fleet.cars(design).levels.mean(axis=0) - before))
     return f"The quietest design without a louder peak is none-louder, {signed(change, 1)} dB. "
 
 
@@ -595,7 +621,7 @@ def _mounts_to_change(view: MountFront) -> pd.DataFrame:
     best, nominal = view.best, view.front.robust.space.nominal
     today, build = _todays_and_new_stiffness(view)
     alone = np.where(np.eye(len(best), dtype=bool)[view.chosen], best, nominal)
-    gains = (view.fleet.mean_levels(alone) - view.fleet.todays_levels).mean(axis=1)
+    gains = view.fleet.mean(view.fleet.mean_levels(alone) - view.fleet.todays_levels)
     return pd.DataFrame(
         {
             "stiffness": list(view.names),
@@ -638,7 +664,9 @@ def _choice(report: Report, view: MountFront, options: Options) -> None:
     report.figure(
         "pareto_front",
         view.front.picture,
-        "Mean level against its scatter; each point is a non-dominated design.",
+        "Mean level against its scatter; each point is a non-dominated design."
+        if view.front.robust.n_objectives == 2
+        else "Each pair of objectives; each point is a design that none beats in all of them.",
     )
     line, space, chosen = view.model.reference_line, view.front.robust.space, view.chosen
     report.figure(
@@ -771,9 +799,11 @@ def _trust(report: Report, view: MountFront, options: Options) -> None:
     )
     exact = exact_change(view.model, view.front.robust.space.nominal, view.best)
     if exact is not None:
-        report.summary["exact_mean_change_db"] = float(np.mean(exact))
+        mean, predicted = (
+            float(view.fleet.mean(change)) for change in (exact, view.fleet.splv_change(view.best))
+        )
+        report.summary["exact_mean_change_db"] = mean
         report.text(
-            "Without scatter best-mean changes the mean level by "
-            f"{signed(float(np.mean(exact)), 2)} dB in the exact cars of the virtual bench, and by "
-            f"{signed(float(view.fleet.splv_change(view.best).mean()), 2)} dB in the model."
+            f"Without scatter best-mean changes the mean level by {signed(mean, 2)} dB in the "
+            f"exact cars of the virtual bench, and by {signed(predicted, 2)} dB in the model."
         )

@@ -96,6 +96,17 @@ def vehicle_table(
     return frame.drop(columns="90 % interval [dB]") if interval is None else frame
 
 
+def weights_sentence(fleet: FleetFront) -> str:
+    """Say how vehicles count in means, with a space behind; empty where they count alike."""
+    if fleet.weights is None:
+        return ""
+    ratios = fleet.front.robust.weight_ratios
+    pairs = zip(fleet.vehicles, ratios, strict=True)
+    counted = [f"{name} {ratio:.3g}" for name, ratio in pairs if ratio != 1.0]
+    rest = ", every other one 1" if len(counted) < len(ratios) else ""
+    return f"In each mean of the vehicles the weights are {', '.join(counted)}{rest}. "
+
+
 VEHICLE_DECIMALS = {"change [dB]": 1, "cars in target [%]": 1}
 """Of the columns of `vehicle_table` that their units do not decide."""
 

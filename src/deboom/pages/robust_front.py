@@ -25,6 +25,7 @@ from deboom.pages.front_answer import (
     run_up_sounds,
     spelled_out,
     vehicle_table,
+    weights_sentence,
 )
 from deboom.pages.front_pictures import heard_by_the_driver, pictures_behind
 from deboom.pages.motion import factor_name, motion_name
@@ -141,7 +142,7 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         else "How sure: not known; an interval is stated for coupled motion and factors of the "
         "dynamic stiffness alone.",
         f"Scatter of parts (σ) {spread}. Levels: mean of the lines, {view.load_case.title}. "
-        f"{_weights(view)}{abbreviations(mounts)}",
+        f"{weights_sentence(view.fleet)}{abbreviations(mounts)}",
     )
     whose = "its vehicle's level of today" if view.target is None else f"{view.target:g} dB(A)"
     interval, mean_interval = (sure.cars, sure.mean) if sure else (None, None)
@@ -176,17 +177,6 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         Step(f"deboom report {view.run} --supplier", "sheets for the supplier to quote"),
         Step(f"deboom driven {view.run} FOLDER", "compare a driven prototype with this"),
     )
-
-
-def _weights(view: PlatformFront) -> str:
-    """Say how vehicles count in means, where they do not count alike."""
-    if view.fleet.weights is None:
-        return ""
-    ratios = view.front.robust.weight_ratios
-    pairs = zip(view.fleet.vehicles, ratios, strict=True)
-    counted = [f"{name} {ratio:.3g}" for name, ratio in pairs if ratio != 1.0]
-    rest = ", every other vehicle 1" if len(counted) < len(ratios) else ""
-    return f"In each mean of the vehicles the weights are {', '.join(counted)}{rest}. "
 
 
 def _verdict(view: PlatformFront, mean: float) -> str:

@@ -108,3 +108,31 @@ def test_what_cannot_be_limited_is_refused_before_the_search(tmp_path, text, sen
 def test_loss_factors_are_refused_where_mounts_settle_elsewhere(tmp_path):
     with pytest.raises(InputError, match="--motion prescribed or coupled"):
         run(tmp_path, loss_factors=True, motion=Motion.amplitude)
+
+
+@pytest.mark.usefixtures("plain_loops")
+def test_vehicles_have_weights_limits_of_levels_and_objectives_of_their_own(quick_front, tmp_path):
+    """Means are averages with the weights, and no vehicle of a pick is louder than today."""
+    path = limits_of(tmp_path, '[[level]]\nat_most_db = "today"\n')
+    small = {"band": (30.0, 36.0), "motion": Motion.prescribed, "weight": ["U06-5=3"]}
+    finished = run(tmp_path, quick_front, limits=path, also=["mean=U06-5"], **small)
+    levels = pd.read_csv(finished / "level_limits.csv").set_index("number")
+    assert len(levels) == 5
+    picks = pd.read_csv(finished / "picks.csv").set_index("design")
+    last = "best-mean of SPLV, U06-5"
+    for pick in ("best-mean", "best-sigma", last):
+        assert (levels[pick] <= levels["at most"]).all()
+    np.testing.assert_allclose(levels["today's"], levels["at most"], rtol=1e-12)
+    for design, column in (("baseline", "today's"), ("best-mean", "best-mean"), (last, last)):
+        mean = np.average(levels[column], weights=[1, 1, 1, 1, 3])
+        assert picks.loc[design, "mean level [dB(A)]"] == pytest.approx(mean, rel=1e-12)
+    single = picks["mean of SPLV, U06-5 [dB(A)]"]
+    assert single.min() == single[last] < single["best-sigma"]
+    summary = json.loads((finished / "summary.json").read_text())
+    assert summary["n_beyond_limits"] == len(pd.read_csv(finished / "beyond_limits.csv")) > 0
+    page = (finished / "report.html").read_text(encoding="utf-8")
+    assert "In each mean of the vehicles the weights are U06-5 3, every other one 1." in page
+    assert "weighted mean" in page
+    assert "Beside these two the search minimised mean of SPLV, U06-5." in page
+    record = json.loads((finished / "run.json").read_text())
+    assert any(name.endswith("limits.toml") for name in record["inputs_sha256"])

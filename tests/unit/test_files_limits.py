@@ -1,11 +1,12 @@
 """Limits of a component and of a platform: SI inside, strict keys in the reader."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.limits import load_limits, read_component_limits
+from deboom.files.limits import load_limits, read_component_limits, read_level_limits
 
 WHOLE = """
 format = 1
@@ -108,3 +109,24 @@ def test_every_part_may_have_to_keep_them(tmp_path):
 def test_a_mistake_is_named(tmp_path, text, sentence):
     with pytest.raises(InputError, match=sentence):
         load_limits(written(tmp_path, text))
+
+
+def test_limits_of_levels_name_the_file_where_a_vehicle_is_missing(tmp_path):
+    model = SimpleNamespace(response_names=("sedan", "tourer"), n_lines=41)
+    path = written(
+        tmp_path,
+        "format = 1\n[[level]]\nat_most_db = 52.5\nvehicle = 'tourer'\n"
+        "[[level]]\nstatistic = 'tail'\nat_most_db = 'today'\n",
+    )
+    assert not load_limits(path).of_mounts
+    limits = read_level_limits(path, model)
+    assert [limit.objective.response for limit in limits] == ["tourer", "sedan", "tourer"]
+    assert [limit.at_most for limit in limits] == [52.5 * 41, "today", "today"]
+    assert read_level_limits(None, model) == ()
+    assert read_level_limits(written(tmp_path, f"format = 1\n{SAG}"), model) == ()
+    path = written(tmp_path, "format = 1\n[[level]]\nat_most_db = 1.0\nvehicle = 'van'\n")
+    with pytest.raises(InputError, match=r"limits\.toml: there is no vehicle 'van'"):
+        read_level_limits(path, model)
+    path = written(tmp_path, "format = 1\n[[level]]\nat_most_db = 'now'\n")
+    with pytest.raises(InputError, match=r"'at_most_db' in \[\[level\]\] 1 is \"now\""):
+        read_level_limits(path, model)

@@ -117,6 +117,41 @@ def test_each_aim_minimises_what_it_says():
     assert quantile[1] == tail[1] == mean.sigma_sum[0]
 
 
+def test_weights_and_further_objectives_are_read_from_their_texts():
+    aims = AimOptions(weight=["two=3"], also=["sigma=one", "quantile"])
+    weighted, plain = values(Aim.mean, weight=aims.weight, also=aims.also), values(Aim.mean)
+    mean, sigma = plain.mean[0], plain.sigma[0]
+    assert weighted.mean_sum[0] == pytest.approx((mean[0] + 3 * mean[1]) / 2, rel=1e-14)
+    assert weighted.objectives[0, 2] == sigma[0]
+    assert weighted.objectives[0, 3] > mean.max()
+    names = [objective.name for objective in aims.objectives(MODEL_2)]
+    assert names[2:] == ["sigma of SPLV, one", "95 % quantile of SPLV, worst vehicle"]
+    ratios = robust_response(MODEL_2, SPACE_2, SAMPLE, aims=aims).weight_ratios
+    np.testing.assert_array_equal(ratios, [1.0, 3.0])
+    nothing = replace(MODEL_2, response_names=("one", "none"))
+    aims = AimOptions(weight=["one=2", "none=0"])
+    ratios = robust_response(nothing, SPACE_2, SAMPLE, aims=aims).weight_ratios
+    np.testing.assert_array_equal(ratios, [1.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        ({"weight": ["three=1"]}, "--weight three=1: write VEHICLE=WEIGHT with one of one, two"),
+        ({"weight": ["one=much"]}, "--weight one=much: write VEHICLE=WEIGHT"),
+        ({"weight": ["one"]}, "--weight one: write VEHICLE=WEIGHT"),
+        ({"weight": ["one=-1"]}, "give each one of at least 0"),
+        ({"also": ["median"]}, "--also median: write STATISTIC or STATISTIC=VEHICLE, with one of"),
+        ({"also": ["mean=three"]}, "--also mean=three: there is no vehicle 'three'"),
+        ({"also": ["mean=one", "mean=one"]}, "two objectives are named"),
+        ({"also": ["mean", "sigma", "tail", "quantile"]}, "take at most 5"),
+    ],
+)
+def test_a_weight_or_an_objective_that_cannot_be_is_refused(wrong, sentence):
+    with pytest.raises(InputError, match=sentence):
+        values(Aim.mean, **wrong)
+
+
 def test_control_variate_knows_a_parabola_exactly():
     exact = 1 + 3 * (1 + 0.05**2 * 0.9733369246625415)  # variance of a normal cut at 3 sigma
     off = abs(values(Aim.mean).mean_sum[0] - exact)

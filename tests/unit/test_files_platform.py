@@ -318,6 +318,13 @@ def test_the_engine_torque_is_read_where_there_is_a_table(folder):
     assert folder / "g5.csv" in platform.input_files
 
 
+def test_the_line_at_0_hz_of_a_torque_table_is_left_out(folder):
+    with_torque(torque_text(np.r_[0.0, LINES]))(folder)
+    with pytest.warns(UserWarning, match="0 Hz"):
+        platform = read_platform(folder)
+    np.testing.assert_array_equal(platform.load_case("g5").engine_torque, 100 + LINES)
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

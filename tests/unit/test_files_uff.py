@@ -628,3 +628,19 @@ def test_binary_numbers_are_those_of_pyuff(tmp_path, order, kind, code):
     theirs = pyuff.UFF(str(path)).read_sets(1)
     np.testing.assert_array_equal(read.values, theirs["data"])
     np.testing.assert_allclose(read.abscissa, LINES)
+
+
+@pytest.mark.parametrize(("kind", "code"), [("f4", 2), ("f8", 4), ("f4", 5), ("f8", 6)])
+def test_an_uneven_abscissa_stands_before_each_binary_value(tmp_path, kind, code):
+    path = tmp_path / "a.uff"
+    values = spectrum().values if code in (5, 6) else spectrum().values.real
+    parts = [values.real, values.imag] if code in (5, 6) else [values]
+    uneven = 0.5 * LINES**1.5
+    write_uff(path, [spectrum()], binary=True)
+    stored_as(path, np.column_stack([uneven, *parts]), f"<{kind}", code)
+    before = b"%10d%10d%10d" % (code, LINES.size, 1)
+    edit(path, before, b"%10d%10d%10d" % (code, LINES.size, 0))
+    (read,) = read_uff(path)
+    digits = 1e-6 if kind == "f4" else 1e-15
+    np.testing.assert_allclose(read.abscissa, uneven, rtol=digits)
+    np.testing.assert_allclose(read.values, values, rtol=digits, atol=digits)

@@ -57,7 +57,7 @@ from deboom.runs.search import (
     keeping_peaks,
     report_limits,
 )
-from deboom.vehicles.booming_model import BoomingModel, Motion
+from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import Runs
 
 TOLERANCE_BOUNDS = 0.05, 0.25
@@ -125,7 +125,8 @@ class Options:
 class Model:
     """Levels of the vehicles under scattering parts, and what mounts must keep.
 
-    `prescribed` is the same with prescribed motion, where `robust` has another one.
+    `prescribed` is the same with prescribed motion, where `robust` has another one, and without
+    limits of levels.
     """
 
     runs: Runs
@@ -143,18 +144,17 @@ def prepare(options: Options) -> Model:
     samples = options.scatter.samples
     sample = tolerance_sample(options.sampler, made.n_draws, samples, seed=options.seed)
 
-    def response(model: BoomingModel) -> Robust:
-        of_levels = read_level_limits(options.limits, model)
-        return made.response(model, sample, aims=options.aims, limits=of_levels)
-
-    robust = response(index)
+    of_levels = read_level_limits(options.limits, index)
+    robust = made.response(index, sample, aims=options.aims, limits=of_levels)
     limits = mount_limits(options.limits, runs, robust, options.motion.factor)
     if options.peak_rise is not None:
         limits = keeping_peaks(limits, index, robust.space.nominal, options.peak_rise)
     prescribed = None
     if index.motion is not Motion.prescribed:
         motion = MotionOptions(Motion.prescribed)
-        prescribed = response(motion.model(runs, loss_factors=options.loss_factors))
+        as_measured = motion.model(runs, loss_factors=options.loss_factors)
+        # of a model with other levels, limits of levels could leave no design
+        prescribed = made.response(as_measured, sample, aims=options.aims)
     return Model(runs, made, robust, prescribed, limits)
 
 

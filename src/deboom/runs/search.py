@@ -63,14 +63,30 @@ def report_limits(report: Report, limits: DesignLimits | None, front: Front) -> 
         )
         report.inputs += limits.inputs
     if front.robust.limits:
+        missed = _missed_levels(front)
         report.table(
             "level_limits",
             _limited_levels(front),
             "Limited levels of the named designs, under the draws of the verification: means over "
-            "the lines, and loudest lines.",
+            f"the lines, and loudest lines. There {np.sum(missed > 0.0)} of {missed.size} designs "
+            f"of the front miss a limit, by {max(missed.max(), 0.0):.2g} dB at most; no pick does.",
         )
     report.table("beyond_limits", _beyond(search, front.variables, every))
     report.summary["n_beyond_limits"] = int(search.infeasible.sum())
+
+
+def _scales(front: Front) -> RealArray:
+    """Return the factor from each limited number to a level that is shown, (n_limit,) [1]."""
+    numbers = front.robust.limits.numbers if front.robust.limits else ()
+    of_line = [callable(number.objective.response) for number in numbers]
+    return np.where(of_line, 1.0, 1.0 / front.n_lines)
+
+
+def _missed_levels(front: Front) -> RealArray:
+    """Return by how much verified designs miss the limit that they miss most, (n,) [dB]."""
+    excess = np.where(np.isfinite(front.values.excess), front.values.excess, 0.0)
+    # each limit of a level has one bound
+    return np.asarray((excess * _scales(front)).max(axis=1))
 
 
 def _limited_levels(front: Front) -> pd.DataFrame:
@@ -80,16 +96,11 @@ def _limited_levels(front: Front) -> pd.DataFrame:
     values = np.mean([kept.responses(robust(designs).excess) for robust, kept in sets], axis=0)
     # today's number is another one under each set of draws
     most = np.mean([[limit.at_most for limit in kept.limits] for _, kept in sets], axis=0)
-    limits = []
-    for column, (number, limit) in enumerate(
-        zip(sets[0][1].numbers, sets[0][1].limits, strict=True)
-    ):
-        of_sum = not callable(number.objective.response)
-        scale = 1.0 / front.n_lines if of_sum else 1.0
-        values[:, column] *= scale
-        name = f"{limit.response}, per line" if of_sum else limit.response
-        limits.append(Limit(name, limit.unit, at_most=float(scale * most[column])))
-    return _limited_numbers(limits, dict(zip(front.named_designs, values, strict=True)))
+    limits, scales = [], _scales(front)
+    for limit, scale, bound in zip(sets[0][1].limits, scales, most, strict=True):
+        name = limit.response if scale == 1.0 else f"{limit.response}, per line"
+        limits.append(Limit(name, limit.unit, at_most=float(scale * bound)))
+    return _limited_numbers(limits, dict(zip(front.named_designs, values * scales, strict=True)))
 
 
 def _limited_numbers(bounds: Sequence[Limit], designs: Mapping[str, RealArray]) -> pd.DataFrame:

@@ -98,6 +98,11 @@ def level_limits(
     of_each: Sequence[str | None] = [vehicle]
     if vehicle is None and isinstance(at_most, str):
         of_each = tuple(model.response_names)
-    n_lines = 1 if statistic is LevelStatistic.peak else model.n_lines
+    numbers = [level_objective(model, statistic, name) for name in of_each]
+    n_lines = 1
+    if statistic is not LevelStatistic.peak:
+        n_lines = model.n_lines
+        words = f"SPLV over {n_lines} lines"  # so that the bound can be told from the stated one
+        numbers = [replace(each, label=each.label.replace("SPLV", words)) for each in numbers]
     bound = at_most if isinstance(at_most, str) else n_lines * at_most
-    return tuple(level_objective(model, statistic, name).at_most(bound) for name in of_each)
+    return tuple(number.at_most(bound) for number in numbers)

@@ -299,11 +299,12 @@ def _price_blocks(view: PlatformFront) -> list[str | Table]:
     if len(carried):
         blocks.append(Table(carried, "", {"today": 1, "after": 1}))
     ends = rows[modes][["today", "after"]].to_numpy(float)
+    no_limits = " No limits were stated: --limits FILE."
     if ends.size:
         blocks.append(
             f"Rigid-body modes: {ends[:, 1].min():.1f} to {ends[:, 1].max():.1f} Hz (today "
             f"{ends[:, 0].min():.1f} to {ends[:, 0].max():.1f})."
-            + ("" if view.limits else " No limits were stated: --limits FILE.")
+            + ("" if view.limits or view.front.robust.limits else no_limits)
         )
     return blocks
 

@@ -41,7 +41,7 @@ def report_limits(report: Report, limits: DesignLimits | None, front: Front) -> 
         return
     whose = []
     if front.robust.limits:
-        whose.append("by levels over the scatter")
+        whose.append("by the levels over the scatter")
     if limits:
         requirements, bounds = limits.requirements, limits.limits
         whose.append(f"by {'every drawn part' if limits.every_part else 'the design itself'}")

@@ -130,8 +130,10 @@ def test_servers_of_one_computer_have_cookies_of_their_own(address):
     parts = urlsplit(address)
     connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=30)
     connection.request("GET", f"/?{parts.query}")
-    cookie = connection.getresponse().headers["Set-Cookie"]
+    answer = connection.getresponse()
+    cookie = answer.headers["Set-Cookie"]
     connection.close()
+    assert answer.status == http.HTTPStatus.SEE_OTHER
     assert cookie.startswith(f"deboom{parts.port}=")
 
 

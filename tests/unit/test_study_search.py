@@ -13,9 +13,10 @@ from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2, searched
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
+from deboom.report import Report
 from deboom.runs.options import Aim, AimOptions, robust_response
-from deboom.runs.search import SearchOptions, ThoroughSearchOptions
-from samples.known_truth import quad2
+from deboom.runs.search import SearchOptions, ThoroughSearchOptions, report_limits
+from samples.known_truth import WithSlopes, quad2
 
 MODEL = quad2(5, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)
@@ -253,6 +254,31 @@ def test_limits_are_kept_by_every_design_and_picks_stay_where_they_were_found():
     assert front.values.designs[:, 0].min() >= 1.05
     assert "by gradient" not in front.note
     assert front.search.infeasible.any()
+
+
+def test_a_study_without_the_option_polish_leaves_its_front_as_it_was_searched():
+    robust = replace(ROBUST, evaluate=WithSlopes(MODEL))
+    options = SearchOptions(population=8, generations=3)
+    front = options.front(robust, seed=3, run=None, inputs=(), verified_with=16)
+    assert front.search.n_evaluated == 24
+    np.testing.assert_array_equal(front.searched.designs, front.search.front.designs)
+
+
+def test_every_pick_that_misses_a_limit_at_nominal_is_named():
+    """No response depends on the second factor: picks have it at 1, where its limit is missed."""
+    model = ResponseFunction(lambda x: (x[:, :1] - 0.9) ** 2, ("a", "b"), ("level",), "dB")
+    second = ResponseFunction(lambda x: x[:, 1:], ("a", "b"), ("b",), "1")
+    limits = DesignLimits(second, Limits((Limit("b", "1", at_least=1.05),)))
+    robust = Robust(model, stiffness_factor_space(("a", "b"), 0.2, 0.15), draws=16)
+    budget = {"population": 8, "generations": 3, "verified_with": 16}
+    front = deboom.search(robust, limits=limits, **budget)
+    report = Report("Limits", "Are they kept?")
+    report_limits(report, limits, front)
+    for name in front.picks:
+        sentence = f"The design '{name}' misses a limit: the closest one misses 'b at least 1.05 1'"
+        assert sum(sentence in warning for warning in report.warnings) == 1
+    assert len(report.warnings) == len(front.picks)
+    assert report.summary["n_beyond_limits"] == front.search.infeasible.sum() > 0
 
 
 def test_no_more_than_the_shown_designs_are_verified_beside_the_picks():

@@ -250,6 +250,11 @@ class Model:
 
 def prepare(options: Options) -> Model:
     """Measure or read the cars, identify them, and build the model of their mounts."""
+    if options.limits and load_limits(options.limits).of_mounts:
+        raise InputError(
+            f"{options.limits}: here only levels are limited, [[level]]: leave the others out, and "
+            "limit the travel with --travel"
+        )
     lines, weights = options.lines, options.weights
     with progress_bar("compressor mounts") as bar:
         step = counted(bar, STEPS)
@@ -275,11 +280,6 @@ def prepare(options: Options) -> Model:
         )
     sample = sobol_sample(space.n_variables, options.samples, seed=options.seed)
     of_levels = read_level_limits(options.limits, mounted.index)
-    if options.limits and load_limits(options.limits).of_mounts:
-        raise InputError(
-            f"{options.limits}: here only levels are limited, [[level]]: leave the others out, and "
-            "limit the travel with --travel"
-        )
     robust = robust_response(mounted.index, space, sample, aims=options.aims, limits=of_levels)
     return Model(mounted, robust)
 

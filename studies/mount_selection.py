@@ -41,8 +41,14 @@ from deboom.explore.workers import workers_for
 from deboom.mounts.mount import Mount
 from deboom.mounts.surface_forces import Outside
 from deboom.pages.front import report_front
-from deboom.pages.front_answer import abbreviations, peaks_sentence, short_title
+from deboom.pages.front_answer import (
+    abbreviations,
+    peaks_sentence,
+    short_title,
+    weights_sentence,
+)
 from deboom.pages.motion import motion_report, report_runs
+from deboom.pages.robust_front import aim_note
 from deboom.plot.style import signed
 from deboom.progress import progress_bar
 from deboom.report import Report, Step, Table
@@ -52,7 +58,7 @@ from deboom.runs.catalogue import (
     ordered_stiffness,
     platform_catalogue,
 )
-from deboom.runs.options import Draws, Seed, Tolerance
+from deboom.runs.options import AimOptions, Draws, Seed, Tolerance, robust_response
 from deboom.runs.platform_options import PlatformOptions
 from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import SearchOptions
@@ -92,6 +98,7 @@ class Options:
     every_set_up_to: Annotated[
         int, Option(help="Evaluate all sets of parts up to this number of sets.")
     ] = 5000
+    aims: AimOptions = AimOptions()
     platform: PlatformOptions = PlatformOptions(mounts=MountSource.library_inside)
     motion: Annotated[Motion, Option(help="Motion of the powertrain.")] = Motion.coupled
 
@@ -119,7 +126,7 @@ def prepare(options: Options) -> Model:
     index = catalogue_index(runs, catalogue, options.motion, _outside(options))
     space = catalogue.space(index.variable_names, options.retuning, options.tolerance)
     sample = sobol_sample(space.n_variables, options.samples, seed=options.seed)
-    return Model(runs, catalogue, Robust(index, space, sample))
+    return Model(runs, catalogue, robust_response(index, space, sample, aims=options.aims))
 
 
 def _outside(options: Options) -> Outside:
@@ -300,7 +307,7 @@ def _answer_in_words(chosen: _Selection) -> tuple[str, str, str]:
         f"{front.judge.n_samples} draws that the search has not seen. From drive to drive nobody "
         f"hears a difference below about {HEARD:g} dB. Best-mean: "
         f"{peaks_sentence(chosen.heard, chosen.best)}.",
-        abbreviations(chosen.model.runs.platform.mounts),
+        weights_sentence(chosen.heard) + abbreviations(chosen.model.runs.platform.mounts),
     )
 
 
@@ -385,7 +392,7 @@ def _parts_section(report: Report, chosen: _Selection, options: Options) -> None
 def _front_section(report: Report, chosen: _Selection) -> None:
     """Draw the front of the search beside every set of parts as they are."""
     front, robust = chosen.front, chosen.model.robust
-    report.section("The front", front.text)
+    report.section("The front", f"{front.text} {aim_note(robust)}".strip())
     curves = {"front of the search": _objectives(front.search.front, front.per_line)}
     points = {}
     if chosen.sets is not None and chosen.set_front is not None:

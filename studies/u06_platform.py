@@ -38,6 +38,7 @@ from deboom.pages.sensitivity import Analysis, SensitivityPlan, sensitivity, sen
 from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.runs.options import (
+    AimOptions,
     Sampler,
     Seed,
     Tolerance,
@@ -98,6 +99,7 @@ class Options:
         float, Option(help="The same half width in the DOE and the sensitivities [1].")
     ] = 0.15
     tolerance: Tolerance = 0.15
+    aims: AimOptions = AimOptions()
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
 
@@ -119,7 +121,7 @@ def prepare(options: Options) -> Model:
     index = options.motion.model(runs)
     space = factor_space(index.variable_names, options.bounds, options.tolerance)
     sample = tolerance_sample(Sampler.sobol, space.n_variables, options.samples, seed=options.seed)
-    robust = robust_response(index, space, sample)
+    robust = robust_response(index, space, sample, aims=options.aims)
     return Model(everyone, options.motion.model(everyone), runs, robust)
 
 

@@ -187,3 +187,10 @@ def test_tables_hold_the_paths_with_their_phases(heard):
     # A-weighting of 100 Hz, IEC 61672-1
     assert row["synthesised [dB(A)]"].item() == pytest.approx(unweighted - 19.1, abs=0.06)
     assert (levels["synthesised from [dB(A)]"] <= levels["synthesised to [dB(A)]"]).all()
+
+
+def test_limits_of_mounts_are_refused_before_any_work(tmp_path):
+    path = tmp_path / "limits.toml"
+    path.write_text('format = 1\n[[sag]]\nmount = "EnM"\nat_most_mm = 3.0\n', encoding="utf-8")
+    with pytest.raises(InputError, match=r"limits\.toml: here only levels are limited"):
+        MODULE.prepare(MODULE.Options(limits=path))

@@ -1,4 +1,4 @@
-"""What tolerances are verified to reach, against the formulas written out."""
+"""What tolerances are verified to reach, by the formulas written out, and what parts share."""
 
 from types import SimpleNamespace
 
@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import deboom
-from deboom.explore.scatter import sobol_sample
+from deboom.explore.scatter import PartNumber, part_structure, sobol_sample
 from deboom.explore.space import stiffness_factor_space
-from deboom.runs.made_parts import ONE_SIDED_95, ToleranceTask
+from deboom.runs.made_parts import ONE_SIDED_95, MadeParts, ToleranceTask
 
 NAMES = ("a x", "a y")
 DRAWS = 256
@@ -64,3 +64,11 @@ def test_the_share_counts_parts_and_vehicles_and_has_a_lower_bound():
     assert verified.share == good.mean()
     error = good.std(ddof=1) / np.sqrt(DRAWS)
     assert verified.share_lower == pytest.approx(good.mean() - ONE_SIDED_95 * error, rel=1e-12)
+
+
+def test_only_means_of_several_pieces_are_said_to_even_out():
+    space = stiffness_factor_space(("Du x", "TSM x"), 0.2, 0.15)
+    parts = [PartNumber("1", ("Du",), 4), PartNumber("2", ("TSM",))]
+    text = MadeParts(space, part_structure(space.names, parts, 0.0)).text
+    assert "Du x: the mean of several pieces, which even out to 50 % of the tolerance" in text
+    assert "TSM x" not in text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import partial
 
@@ -88,7 +89,7 @@ def front_report(view: PlatformFront) -> Report:
     sigma = dict(zip(picks["design"], picks["change of sigma [%]"], strict=True))
     mean = dict(zip(picks["design"], picks["change [dB]"], strict=True))
     for name in view.front.picks:
-        key = name.replace("-", "_")
+        key = re.sub(r"\W+", "_", name)
         report.summary[f"mean_change_db_{key}"] = float(mean[name])
         report.summary[f"sigma_change_percent_{key}"] = float(sigma[name])
     report.summary["sigma_bias_percent"] = view.front.sigma_bias_percent
@@ -345,13 +346,14 @@ def _conflict(report: Report, view: PlatformFront) -> None:
     )
     if len(names) > 1:
         odd, change = view.worst_vehicle, view.evaluated_changes
-        others = np.delete(change, odd, axis=1).mean(axis=1)
+        rest = [row for row in range(len(names)) if row != odd]
+        others = view.fleet.mean(change, rest)
         row = int(change[:, odd].argmin())
         text += (
             f" Best for {names[odd]} alone would be {signed(change[row, odd], 1)} dB there and "
             f"{signed(others[row], 1)} dB in the others; best-mean gives "
             f"{signed(view.fleet.splv_change(view.best)[odd], 1)} and "
-            f"{signed(float(np.delete(view.fleet.splv_change(view.best), odd).mean()), 1)} dB."
+            f"{signed(float(view.fleet.mean(view.fleet.splv_change(view.best), rest)), 1)} dB."
         )
     report.section("What the designs trade", text, leads=True)
     if len(names) > 1:
@@ -360,7 +362,7 @@ def _conflict(report: Report, view: PlatformFront) -> None:
         named = {"today": (0.0, 0.0)}
         for name, design in view.front.pick_designs.items():
             gains = view.fleet.splv_change(design)
-            named[name] = (float(np.delete(gains, odd).mean()), float(gains[odd]))
+            named[name] = (float(view.fleet.mean(gains, rest)), float(gains[odd]))
         report.figure(
             "who_gains",
             lambda: plot.fronts(

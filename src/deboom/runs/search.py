@@ -61,7 +61,6 @@ def report_limits(report: Report, limits: DesignLimits | None, front: Front) -> 
             _limited_numbers(limits.limits.limits, dict(zip(designs, values, strict=True))),
             "Limited numbers of the named designs, without scatter.",
         )
-        report.inputs += limits.inputs
     if front.robust.limits:
         missed = _missed_levels(front)
         report.table(

@@ -134,6 +134,6 @@ def test_vehicles_have_weights_limits_of_levels_and_objectives_of_their_own(quic
     page = (finished / "report.html").read_text(encoding="utf-8")
     assert "In each mean of the vehicles the weights are U06-5 3, every other one 1." in page
     assert "weighted mean" in page
-    assert "Beside these two the search minimised mean of SPLV, U06-5." in page
+    assert "Beside the mean level and its σ the search minimised mean of SPLV, U06-5." in page
     record = json.loads((finished / "run.json").read_text())
     assert any(name.endswith("limits.toml") for name in record["inputs_sha256"])

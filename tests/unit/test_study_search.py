@@ -15,7 +15,12 @@ from deboom.explore.search import nsga2, searched
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.report import Report
 from deboom.runs.options import Aim, AimOptions, robust_response
-from deboom.runs.search import SearchOptions, ThoroughSearchOptions, report_limits
+from deboom.runs.search import (
+    SearchOptions,
+    ThoroughSearchOptions,
+    _misses_in_words,
+    report_limits,
+)
 from samples.known_truth import WithSlopes, quad2
 
 MODEL = quad2(5, seed=1)
@@ -291,3 +296,9 @@ def test_no_more_than_the_shown_designs_are_verified_beside_the_picks():
     np.testing.assert_array_equal(few.search.front.designs, many.search.front.designs)
     whole = deboom.search(ROBUST, **budget, shown=None)
     np.testing.assert_array_equal(whole.searched.designs, whole.search.front.designs)
+
+
+def test_a_report_says_how_many_verified_designs_miss_a_level_and_by_how_much():
+    assert _misses_in_words(np.array([-0.2, -0.1])).startswith("All designs of the front keep")
+    sentence = _misses_in_words(np.array([0.012, -0.1, 0.004]))
+    assert sentence.startswith("There 2 of 3 designs of the front miss a limit, by 0.012 dB at")

@@ -645,6 +645,7 @@ def _search(report: Report, view: PlatformFront) -> None:
         f"{view.platform.load_case(part.load_case).title} (weight {weight:.3g})"
         for part, weight in zip(view.index.cases, view.index.weights, strict=True)
     )
+    summed = "sum" if view.fleet.weights is None else "weighted sum"
     factors = "stiffness factors"
     if len(view.front.variables) > len(view.stiffness_variables):
         factors = "factors of stiffness (K' and K'' alike) and of loss (K'' alone, exactly made)"
@@ -659,7 +660,7 @@ def _search(report: Report, view: PlatformFront) -> None:
         f"{space.lower.min():g} and {space.upper.max():g}. "
         f"Manufacturing scatter: ±{PERCENT * space.tolerance.max():.0f} % of the design's own "
         f"stiffness as three standard deviations, {sampler.n_samples} draws ({sampler.kind}). "
-        "Two objectives, both as small as possible: the sum over the vehicles of the mean "
+        f"Two objectives, both as small as possible: the {summed} over the vehicles of the mean "
         "SPLV, and the sum of its standard deviation σ; shown divided by the number of vehicles "
         "and lines.\n\n"
         f"{search.algorithm}, {search.stopped}, {search.seconds:.1f} s. "
@@ -685,8 +686,9 @@ def aim_note(robust: Robust) -> str:
         return ""
     if robust.objectives[:2] == (MEAN_SUM, SIGMA_SUM):
         return (
-            f"Beside these two the search minimised {listed(names[2:])}. Figures of mean and sigma "
-            "show designs that others beat there, but not in all objectives."
+            f"Beside the mean level and its σ the search minimised {listed(names[2:])}. "
+            "Figures of mean and sigma show designs that others beat there, but not in all "
+            "objectives."
         )
     return (
         f"The search minimised {listed(names)}; picks are those of these objectives. Tables "

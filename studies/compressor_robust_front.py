@@ -354,9 +354,14 @@ class MountFront:
         return mount_colours(list(dict.fromkeys(mount_of(name) for name in self.names)))
 
     @property
+    def importance(self) -> RealArray:
+        """Total index of each chosen variable, mean over the cars, shape (n_chosen,) [1]."""
+        return self.fleet.mean(self.sobol.total)
+
+    @property
     def leading(self) -> str:
         """Chosen stiffness with the largest mean total index over the cars."""
-        return self.names[int(np.argmax(self.sobol.total.mean(axis=1)))]
+        return self.names[int(np.argmax(self.importance))]
 
     @cached_property
     def change(self) -> RealArray:
@@ -471,7 +476,7 @@ def _tell(report: Report, view: MountFront) -> None:
     today, best = (
         view.stiffness(design) for design in (view.front.robust.space.nominal, view.best)
     )
-    for k in np.argsort(view.sobol.total.mean(axis=1))[: -1 - TILES : -1]:
+    for k in np.argsort(view.importance)[: -1 - TILES : -1]:
         what = (
             f"{view.names[k]}, of today's; {best[k]:.1f} N/mm at {view.model.reference_line:g} Hz"
         )
@@ -502,7 +507,7 @@ def _tell(report: Report, view: MountFront) -> None:
         "sigma_change_percent_best_mean": sigma[Pick.best_mean],
         "sigma_change_percent_best_sigma": sigma[Pick.best_sigma],
         "leading_stiffness": view.leading,
-        "leading_total_index": float(view.sobol.total.mean(axis=1).max()),
+        "leading_total_index": float(view.importance.max()),
         "travel_ratio": travel,
         "at_bound": ", ".join(view.at_bound),
         "sigma_bias_percent": view.front.sigma_bias_percent,
@@ -629,7 +634,7 @@ def _mounts_to_change(view: MountFront) -> pd.DataFrame:
             "build [N/mm]": build,
             "today [N/mm]": today,
             "alone [dB]": gains,
-            "share of the variance [%]": PERCENT * view.sobol.total.mean(axis=1),
+            "share of the variance [%]": PERCENT * view.importance,
         }
     )
 
@@ -775,7 +780,7 @@ def _requirements(view: MountFront, options: Options) -> pd.DataFrame:
             "tolerance ± [%]": PERCENT * options.tolerance,
             "at least [N/mm]": wanted * (1 - options.tolerance),
             "at most [N/mm]": wanted * (1 + options.tolerance),
-            "importance [1]": view.sobol.total.mean(axis=1),
+            "importance [1]": view.importance,
         }
     )
     table = table.set_index("requirement").reindex(list(view.groups)).reset_index()

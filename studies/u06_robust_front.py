@@ -143,8 +143,12 @@ def prepare(options: Options) -> Model:
     made = options.scatter.made(index.variable_names)
     samples = options.scatter.samples
     sample = tolerance_sample(options.sampler, made.n_draws, samples, seed=options.seed)
-
     of_levels = read_level_limits(options.limits, index)
+    if of_levels and options.free_tolerances:
+        raise InputError(
+            f"{options.limits}: tolerances are no variables where levels are limited, [[level]]: "
+            "leave these limits or --free-tolerances out"
+        )
     robust = made.response(index, sample, aims=options.aims, limits=of_levels)
     limits = mount_limits(options.limits, runs, robust, options.motion.factor)
     if options.peak_rise is not None:

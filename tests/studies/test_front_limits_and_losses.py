@@ -130,9 +130,10 @@ def test_vehicles_have_weights_limits_of_levels_and_objectives_of_their_own(quic
     assert single.min() == single[last] < single["best-sigma"]
     summary = json.loads((finished / "summary.json").read_text())
     assert summary["n_beyond_limits"] == len(pd.read_csv(finished / "beyond_limits.csv")) > 0
+    assert summary["mean_change_db_best_mean_of_SPLV_U06_5"] == picks.loc[last, "change [dB]"]
     page = (finished / "report.html").read_text(encoding="utf-8")
     assert "In each mean of the vehicles the weights are U06-5 3, every other one 1." in page
     assert "weighted mean" in page
-    assert "Beside these two the search minimised mean of SPLV, U06-5." in page
+    assert "Beside the mean level and its σ the search minimised mean of SPLV, U06-5." in page
     record = json.loads((finished / "run.json").read_text())
     assert any(name.endswith("limits.toml") for name in record["inputs_sha256"])

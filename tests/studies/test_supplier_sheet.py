@@ -5,6 +5,7 @@ import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import openpyxl
@@ -197,6 +198,12 @@ def test_slope_and_tolerance_gain_are_differences_of_the_model(sheet, study):
     row = sheet.worth.set_index("direction").loc["TSM x"]
     assert row["slope"] == effects.slope[column]
     assert row["gain"] > 0.0
+    weights = np.arange(1.0, 1.0 + len(study.vehicles))
+    weighted = replace(study, run=SimpleNamespace(model=replace(study.model, weights=weights)))
+    effects = SupplierEffects(weighted, effects.middle)
+    both = np.stack([softer, stiffer])
+    levels = np.average(study.index(both), axis=1, weights=weights) * study.per_vehicle
+    assert effects.slope[column] == pytest.approx(50.0 * (levels[1] - levels[0]), rel=1e-3)
 
 
 def test_one_nominal_and_one_band_at_the_state_of_the_test(sheet):

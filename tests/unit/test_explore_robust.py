@@ -237,6 +237,11 @@ def test_shares_of_a_line_are_its_squared_slopes():
     sigma = np.sqrt(part.sum(axis=0))
     np.testing.assert_allclose(shares.of_sum, (part / sigma).sum(axis=1) / sigma.sum(), atol=1e-12)
     assert shares.names == NAMES
+    weights = np.array([3.0, *np.ones(sigma.size - 1)])
+    weighted = sigma_shares(replace(robust, weights=weights), design)
+    expected = (weights * part / sigma).sum(axis=1) / (weights * sigma).sum()
+    np.testing.assert_allclose(weighted.of_sum, expected, atol=1e-12)
+    np.testing.assert_array_equal(weighted.of_response, shares.of_response)
 
 
 def test_shares_leave_a_rest_and_know_shared_parts():

@@ -15,7 +15,12 @@ from deboom.explore.search import nsga2, searched
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.report import Report
 from deboom.runs.options import Aim, AimOptions, robust_response
-from deboom.runs.search import SearchOptions, ThoroughSearchOptions, report_limits
+from deboom.runs.search import (
+    SearchOptions,
+    ThoroughSearchOptions,
+    _misses_in_words,
+    report_limits,
+)
 from samples.known_truth import WithSlopes, quad2
 
 MODEL = quad2(5, seed=1)
@@ -141,8 +146,10 @@ def test_weights_and_further_objectives_are_read_from_their_texts():
         ({"weight": ["three=1"]}, "--weight three=1: write VEHICLE=WEIGHT with one of one, two"),
         ({"weight": ["one=much"]}, "--weight one=much: write VEHICLE=WEIGHT"),
         ({"weight": ["one"]}, "--weight one: write VEHICLE=WEIGHT"),
+        ({"weight": ["one=1", "one=2"]}, "--weight one=2: one has a weight already"),
         ({"weight": ["one=-1"]}, "give each one of at least 0"),
         ({"also": ["median"]}, "--also median: write STATISTIC or STATISTIC=VEHICLE, with one of"),
+        ({"also": ["mean="]}, "--also mean=: there is no vehicle ''"),
         ({"also": ["mean=three"]}, "--also mean=three: there is no vehicle 'three'"),
         ({"also": ["mean=one", "mean=one"]}, "two objectives are named"),
         ({"also": ["mean", "sigma", "tail", "quantile"]}, "take at most 5"),
@@ -289,3 +296,9 @@ def test_no_more_than_the_shown_designs_are_verified_beside_the_picks():
     np.testing.assert_array_equal(few.search.front.designs, many.search.front.designs)
     whole = deboom.search(ROBUST, **budget, shown=None)
     np.testing.assert_array_equal(whole.searched.designs, whole.search.front.designs)
+
+
+def test_a_report_says_how_many_verified_designs_miss_a_level_and_by_how_much():
+    assert _misses_in_words(np.array([-0.2, -0.1])).startswith("All designs of the front keep")
+    sentence = _misses_in_words(np.array([0.012, -0.1, 0.004]))
+    assert sentence.startswith("There 2 of 3 designs of the front miss a limit, by 0.012 dB at")

@@ -83,3 +83,20 @@ def test_none_louder_makes_no_peak_louder():
     assert limited(np.array([[0.8, 1.1]])) == pytest.approx(2.0)
     without = FleetFront(front).front.picks
     assert without["best-mean"] == heard.front.picks["best-mean"]
+
+
+def test_means_of_some_vehicles_are_weighted_among_these():
+    model = deboom.ResponseFunction(
+        lambda x: x * [1.0, 2.0, 3.0, 4.0], ("k",), ("a", "b", "c", "d"), "dB(A)"
+    )
+    levels = np.array([[10.0, 20.0, 30.0, 50.0], [1.0, 2.0, 3.0, 5.0]])
+    for weights, whole, first_three, first_two in (
+        (None, [27.5, 2.75], [20.0, 2.0], [15.0, 1.5]),
+        ([0, 0, 1, 3], [45.0, 4.5], [30.0, 3.0], [15.0, 1.5]),
+    ):
+        robust = deboom.Robust(model, model.design_space(), draws=16, weights=weights)
+        front = deboom.search(robust, generations=1, population=4, verified_with=16, polish=False)
+        fleet = FleetFront(front)
+        np.testing.assert_allclose(fleet.mean(levels), whole, rtol=1e-14)
+        np.testing.assert_allclose(fleet.mean(levels, [0, 1, 2]), first_three, rtol=1e-14)
+        np.testing.assert_allclose(fleet.mean(levels, [0, 1]), first_two, rtol=1e-14)

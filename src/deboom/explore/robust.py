@@ -568,7 +568,8 @@ class SigmaShares:
     - `names`: draws: the variables, or what they share.
     - `of_response`, `rest` (m, r): share of each draw alone in the variance of each response, and
       what no draw explains alone [1].
-    - `of_sum` (m,): share of each draw in the sum of the standard deviations of the responses [1].
+    - `of_sum` (m,): share of each draw in the sum of the standard deviations of the responses,
+      with their weights [1].
     """
 
     names: tuple[str, ...]
@@ -597,6 +598,8 @@ def sigma_shares(robust: Robust, design: RealArray, degree: int = 1) -> SigmaSha
     sigma = np.sqrt(variance)
     scatters = variance > 0.0
     per_sigma = np.divide(alone, sigma, out=np.zeros_like(alone), where=scatters)
+    if robust.weights is not None:
+        per_sigma, sigma = per_sigma * robust.weights, sigma * robust.weights
     return SigmaShares(
         names=robust.draw_names,
         of_response=np.divide(alone, variance, out=np.zeros_like(alone), where=scatters),

@@ -237,6 +237,10 @@ class SupplierStudy:
         """What the run evaluated."""
         return self.model.evaluate
 
+    def mean(self, values: RealArray) -> RealArray:
+        """Return the mean over the vehicles, weighted as in the run, of values (..., v)."""
+        return np.asarray(np.average(values, axis=-1, weights=self.model.weights))
+
     @property
     def vehicles(self) -> tuple[str, ...]:
         """Names of the vehicles that were served."""

@@ -190,7 +190,7 @@ def _designs(report: Report, view: PlatformFront) -> None:
             {"level [dB(A)]": kept[level], "σ [dB]": kept[spread]},
             "",
         ),
-        f"Both objectives over the variables with the largest influence on the level, {len(kept)} "
+        f"Mean and σ over the variables with the largest influence on the level, {len(kept)} "
         "designs that the search evaluated; they lie most densely where the search went.",
     )
     values = view.front.values
@@ -215,15 +215,15 @@ def _distributions(report: Report, view: PlatformFront) -> None:
     level, spread = "mean level [dB(A)]", "σ [dB]"
     groups = groups_of(view.runs.fleet)
     pairs = {
-        name: {level: front.values.mean[:, rows].mean(axis=1) / lines}
-        | {spread: front.values.sigma[:, rows].mean(axis=1) / lines}
+        name: {level: view.fleet.mean(front.values.mean, rows) / lines}
+        | {spread: view.fleet.mean(front.values.sigma, rows) / lines}
         for name, rows in groups.items()
     }
     colours = view.colours if set(pairs) <= set(view.colours) else vehicle_colours(list(pairs))
     report.figure(
         "objectives_by_group",
         lambda: plot.grouped_pairs(pairs, {name: colours[name] for name in pairs}),
-        "The designs of the front: both objectives of each group of vehicles, of a single group "
+        "The designs of the front: mean and σ of each group of vehicles, of a single group "
         "of each vehicle; per_vehicle.csv has the numbers.",
     )
     names = list(front.named_designs)

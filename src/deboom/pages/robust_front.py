@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import partial
 
@@ -88,7 +89,7 @@ def front_report(view: PlatformFront) -> Report:
     sigma = dict(zip(picks["design"], picks["change of sigma [%]"], strict=True))
     mean = dict(zip(picks["design"], picks["change [dB]"], strict=True))
     for name in view.front.picks:
-        key = name.replace("-", "_")
+        key = re.sub(r"\W+", "_", name)
         report.summary[f"mean_change_db_{key}"] = float(mean[name])
         report.summary[f"sigma_change_percent_{key}"] = float(sigma[name])
     report.summary["sigma_bias_percent"] = view.front.sigma_bias_percent
@@ -345,13 +346,14 @@ def _conflict(report: Report, view: PlatformFront) -> None:
     )
     if len(names) > 1:
         odd, change = view.worst_vehicle, view.evaluated_changes
-        others = np.delete(change, odd, axis=1).mean(axis=1)
+        rest = [row for row in range(len(names)) if row != odd]
+        others = view.fleet.mean(change, rest)
         row = int(change[:, odd].argmin())
         text += (
             f" Best for {names[odd]} alone would be {signed(change[row, odd], 1)} dB there and "
             f"{signed(others[row], 1)} dB in the others; best-mean gives "
             f"{signed(view.fleet.splv_change(view.best)[odd], 1)} and "
-            f"{signed(float(np.delete(view.fleet.splv_change(view.best), odd).mean()), 1)} dB."
+            f"{signed(float(view.fleet.mean(view.fleet.splv_change(view.best), rest)), 1)} dB."
         )
     report.section("What the designs trade", text, leads=True)
     if len(names) > 1:
@@ -360,7 +362,7 @@ def _conflict(report: Report, view: PlatformFront) -> None:
         named = {"today": (0.0, 0.0)}
         for name, design in view.front.pick_designs.items():
             gains = view.fleet.splv_change(design)
-            named[name] = (float(np.delete(gains, odd).mean()), float(gains[odd]))
+            named[name] = (float(view.fleet.mean(gains, rest)), float(gains[odd]))
         report.figure(
             "who_gains",
             lambda: plot.fronts(
@@ -643,6 +645,7 @@ def _search(report: Report, view: PlatformFront) -> None:
         f"{view.platform.load_case(part.load_case).title} (weight {weight:.3g})"
         for part, weight in zip(view.index.cases, view.index.weights, strict=True)
     )
+    summed = "sum" if view.fleet.weights is None else "weighted sum"
     factors = "stiffness factors"
     if len(view.front.variables) > len(view.stiffness_variables):
         factors = "factors of stiffness (K' and K'' alike) and of loss (K'' alone, exactly made)"
@@ -657,7 +660,7 @@ def _search(report: Report, view: PlatformFront) -> None:
         f"{space.lower.min():g} and {space.upper.max():g}. "
         f"Manufacturing scatter: ±{PERCENT * space.tolerance.max():.0f} % of the design's own "
         f"stiffness as three standard deviations, {sampler.n_samples} draws ({sampler.kind}). "
-        "Two objectives, both as small as possible: the sum over the vehicles of the mean "
+        f"Two objectives, both as small as possible: the {summed} over the vehicles of the mean "
         "SPLV, and the sum of its standard deviation σ; shown divided by the number of vehicles "
         "and lines.\n\n"
         f"{search.algorithm}, {search.stopped}, {search.seconds:.1f} s. "
@@ -683,8 +686,9 @@ def aim_note(robust: Robust) -> str:
         return ""
     if robust.objectives[:2] == (MEAN_SUM, SIGMA_SUM):
         return (
-            f"Beside these two the search minimised {listed(names[2:])}. Figures of mean and sigma "
-            "show designs that others beat there, but not in all objectives."
+            f"Beside the mean level and its σ the search minimised {listed(names[2:])}. "
+            "Figures of mean and sigma show designs that others beat there, but not in all "
+            "objectives."
         )
     return (
         f"The search minimised {listed(names)}; picks are those of these objectives. Tables "

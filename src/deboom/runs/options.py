@@ -239,21 +239,24 @@ class AimOptions:
         """Return the objectives; InputError for a statistic or a vehicle that there is not."""
         further = []
         for text in self.also or ():
-            statistic, _, vehicle = text.partition("=")
+            statistic, of_vehicle, vehicle = text.partition("=")
             if statistic not in set(LevelStatistic):
                 raise InputError(
                     f"--also {text}: write STATISTIC or STATISTIC=VEHICLE, with one of "
                     f"{', '.join(LevelStatistic)}"
                 )
             with naming(f"--also {text}"):
-                further.append(level_objective(model, LevelStatistic(statistic), vehicle or None))
+                whose = vehicle if of_vehicle else None
+                further.append(level_objective(model, LevelStatistic(statistic), whose))
         return (*_OBJECTIVES[self.objective], *further)
 
     def weights(self, vehicles: Sequence[str]) -> list[float] | None:
-        """Return the weight of each vehicle, None if all are alike; InputError for no vehicle."""
-        weights = dict.fromkeys(vehicles, 1.0)
+        """Return the weight of each vehicle, None if all are alike; InputError for a wrong text."""
+        weights: dict[str, float] = {}
         for text in self.weight or ():
             name, _, number = text.rpartition("=")
+            if name in weights:
+                raise InputError(f"--weight {text}: {name} has a weight already; state it once")
             try:
                 weights[name] = float(number)
             except ValueError:
@@ -262,7 +265,7 @@ class AimOptions:
                 raise InputError(
                     f"--weight {text}: write VEHICLE=WEIGHT with one of {', '.join(vehicles)}"
                 )
-        return list(weights.values()) if self.weight else None
+        return [weights.get(name, 1.0) for name in vehicles] if weights else None
 
 
 def robust_response(

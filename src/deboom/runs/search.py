@@ -39,9 +39,10 @@ def report_limits(report: Report, limits: DesignLimits | None, front: Front) -> 
     every = (limits.around(front.robust) if limits else front.robust).limits
     if every is None:
         return
-    whose = []
+    whose, draws = [], ""
     if front.robust.limits:
         whose.append("by the levels over the scatter")
+        draws = " under the draws of the search"
     if limits:
         requirements, bounds = limits.requirements, limits.limits
         whose.append(f"by {'every drawn part' if limits.every_part else 'the design itself'}")
@@ -52,7 +53,7 @@ def report_limits(report: Report, limits: DesignLimits | None, front: Front) -> 
     report.section(
         "Limits",
         f"Limits had to be kept {' and '.join(whose)}: {search.infeasible.sum()} "
-        f"of {search.n_evaluated} designs miss one. All designs of the front keep all.",
+        f"of {search.n_evaluated} designs miss one. All designs of the front keep all{draws}.",
     )
     if limits:
         values = limits.requirements(np.stack(list(designs.values())))
@@ -61,15 +62,12 @@ def report_limits(report: Report, limits: DesignLimits | None, front: Front) -> 
             _limited_numbers(limits.limits.limits, dict(zip(designs, values, strict=True))),
             "Limited numbers of the named designs, without scatter.",
         )
-        report.inputs += limits.inputs
     if front.robust.limits:
-        missed = _missed_levels(front)
         report.table(
             "level_limits",
             _limited_levels(front),
             "Limited levels of the named designs, under the draws of the verification: means over "
-            f"the lines, and loudest lines. There {np.sum(missed > 0.0)} of {missed.size} designs "
-            f"of the front miss a limit, by {max(missed.max(), 0.0):.2g} dB at most; no pick does.",
+            f"the lines, and loudest lines. {_misses_in_words(_missed_levels(front))}",
         )
     report.table("beyond_limits", _beyond(search, front.variables, every))
     report.summary["n_beyond_limits"] = int(search.infeasible.sum())
@@ -87,6 +85,17 @@ def _missed_levels(front: Front) -> RealArray:
     excess = np.where(np.isfinite(front.values.excess), front.values.excess, 0.0)
     # each limit of a level has one bound
     return np.asarray((excess * _scales(front)).max(axis=1))
+
+
+def _misses_in_words(missed: RealArray) -> str:
+    """Say how many verified designs miss a limit of a level, and by how much (n,) [dB]."""
+    n_missed = np.count_nonzero(missed > 0.0)
+    if n_missed == 0:
+        return "All designs of the front keep all limits there too."
+    return (
+        f"There {n_missed} of {missed.size} designs of the front miss a limit, by "
+        f"{missed.max():.2g} dB at most; no pick does."
+    )
 
 
 def _limited_levels(front: Front) -> pd.DataFrame:

@@ -145,8 +145,9 @@ class CompressorParts:
         return float(np.sqrt(np.sum(space.tolerance[together] ** 2)))
 
     def mean_levels(self, designs: RealArray) -> RealArray:
-        """Return the mean level over lines and cars, (n, k) → (n,) [dB(A)]."""
-        return np.asarray(self.index(designs).mean(axis=1) / self.index.n_lines)
+        """Return the mean level over lines and cars, weighted as in the run, (n,) [dB(A)]."""
+        means = np.average(self.index(designs), axis=1, weights=self.run.model.weights)
+        return np.asarray(means / self.index.n_lines)
 
     @cached_property
     def slope(self) -> dict[str, float]:

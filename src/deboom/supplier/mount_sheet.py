@@ -217,14 +217,16 @@ class MountSheet(PartSheet):
     def levels(self) -> pd.DataFrame:
         """Mean level of the vehicles today and in the middle of the bands; anonymous: changes."""
         study, effects = self.study, self.effects
-        today = float(study.index(study.space.nominal[np.newaxis]).mean() * study.per_vehicle)
+        today = float(
+            study.mean(study.index(study.space.nominal[np.newaxis])[0]) * study.per_vehicle
+        )
         other, names = effects.other_motion(), list(effects.designs)
         words = {"": "design today", self.part: "design part", ALL: "design all"}
         rows: list[dict[str, object]] = []
         for name, word in words.items():
             if self.secrets and not name:
                 continue
-            change = float(effects.change[name].mean()) if name else 0.0
+            change = float(study.mean(effects.change[name])) if name else 0.0
             interval = effects.certainty["change"]
             row: dict[str, object] = {"design": self.word(word), "level": today + change}
             row["change"] = change if name else NAN

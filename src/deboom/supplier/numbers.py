@@ -102,7 +102,7 @@ class SupplierEffects:
         """Sobol indices of the mean level over the vehicles, within the bounds of the search."""
         inputs, seed = design_inputs(self.study.space), self.study.run.seed
         designs = sobol_designs(inputs, IMPORTANCE, seed=seed)
-        level = np.mean(self.study.index(designs), axis=1, keepdims=True)
+        level = self.study.mean(self.study.index(designs))[:, np.newaxis]
         return fast_sobol_indices(level, inputs.factors, ["mean level"], seed=seed)
 
     @cached_property
@@ -146,7 +146,7 @@ class SupplierEffects:
             other = self.study.runs.model(motion, loss_factors=index.loss_factors)
         except InputError:
             return None
-        changes = self._changes(other).mean(axis=1)
+        changes = self.study.mean(self._changes(other))
         return motion.value, dict(zip(self.designs, map(float, changes), strict=True))
 
     def _changes(self, index: Any) -> RealArray:
@@ -156,7 +156,7 @@ class SupplierEffects:
 
     def _slopes(self, index: Any) -> RealArray:
         gradient = index.gradient(self.middle[np.newaxis])[0] * self.study.per_vehicle
-        return np.asarray(TENTH * gradient.mean(axis=0) * self.middle)
+        return np.asarray(TENTH * self.study.mean(gradient.T) * self.middle)
 
     def _numbers(self, index: Any, case: LoadCase) -> dict[str, RealArray]:
         study = self.study
@@ -168,9 +168,9 @@ class SupplierEffects:
         gain = np.divide(squared, scale, out=np.zeros_like(squared), where=scale > 0.0)
         return {
             "stiffness": study.runs.stiffness(case, study.band),
-            "change": self._changes(index).mean(axis=1),
+            "change": study.mean(self._changes(index)),
             "slope": self._slopes(index),
-            "gain": STEP * gain.mean(axis=0),
+            "gain": STEP * study.mean(gain.T),
         }
 
 

@@ -177,8 +177,15 @@ def test_units_scatter_and_stay_the_same_part():
 
 @pytest.mark.parametrize("name", ["A1", "M", "EnM1-GeM2", "EnM1-GeM2-TSM3-TSM4", "EnM1-x"])
 def test_unknown_mount_sets_are_refused(name):
-    with pytest.raises(InputError, match=f"unknown mount set '{name}'"):
+    example = "name it M1, M2, … or a mix like EnM1-GeM2-TSM3-Du4"
+    with pytest.raises(InputError, match=f"unknown mount set '{name}': {example}"):
         with_mount_set(BENCH, name)
+
+
+@pytest.mark.parametrize(("gear", "ordinal"), [(1, "1st"), (2, "2nd"), (3, "3rd"), (4, "4th")])
+def test_a_run_is_titled_by_its_gear(gear, ordinal):
+    run = PlannedRun(gear=gear, torque=220.0)
+    assert run.title == f"{ordinal} gear, full load, 220 Nm"
 
 
 def test_falling_runs_remember_the_higher_torque():

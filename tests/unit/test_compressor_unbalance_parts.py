@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from deboom.compressor.acceptance import DYNAMIC, STATIC
 from deboom.compressor.routes import ONE_FACTOR, FactorOverFrequency
 from deboom.compressor.source_fit import _inverse
 from deboom.compressor.sources import ResidualBand
@@ -12,6 +13,7 @@ from deboom.compressor.unbalance import UnbalanceOptions, load_alarms, sweeps_of
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.compressor_test import HoseState, OperatingSweep
+from deboom.pages.unbalance import _true_curve
 
 LINES = np.arange(17.0, 151.0)
 
@@ -89,3 +91,17 @@ def test_alarms_name_one_cause():
 def test_a_confidence_is_no_certainty():
     with pytest.raises(InputError, match="confidence"):
         UnbalanceOptions(confidence=1.0)
+
+
+def test_the_true_unbalance_is_the_load_over_the_square_of_the_speed():
+    """25 g mm turn to 25e-6 ω² N across the shaft, 1500 g mm² to 1.5e-6 ω² N m about the point."""
+    square = (2.0 * np.pi * LINES) ** 2
+    load = np.zeros((LINES.size, 6), complex)
+    load[:, 1], load[:, 5] = 25e-6 * square, -1.5e-6j * square
+    truth = SimpleNamespace(load_of=lambda _: load)
+    measured = SimpleNamespace(frequency=LINES)
+    (size,) = _true_curve(truth, measured, STATIC).values()
+    np.testing.assert_allclose(size, 25.0, rtol=1e-13)
+    (size,) = _true_curve(truth, measured, DYNAMIC).values()
+    np.testing.assert_allclose(size, 1500.0, rtol=1e-13)
+    assert _true_curve(None, measured, STATIC) == {}

@@ -31,7 +31,7 @@ from deboom.errors import InputError
 from deboom.files.compressor_model import compressor_document, read_compressor_model
 from deboom.files.inertance_test import read_inertance_test
 from deboom.measurement.channels import Frf
-from deboom.pages.compressor_identification import TRUTH_FILE, read_compressor_truth
+from deboom.pages.compressor_identification import TRUTH_FILE, errors_of, read_compressor_truth
 
 
 def test_deviation_from_the_coherence_of_five_hits():
@@ -136,6 +136,14 @@ def test_identification_returns_the_truth_within_the_figures(identified_and_trut
         assert off[name] < SLACK * figure, name
     # self-calibration, not luck: the virtual point with the sheet's placement is worse
     assert off["inertia"] < errors(identified.point.model, truth.model)["inertia"]
+
+
+def test_the_page_states_the_same_errors_and_scores_of_a_standard_normal(identified_and_truth):
+    identified, truth = identified_and_truth
+    stated, off = errors_of(identified, truth), errors(identified.calibrated.model, truth.model)
+    names = ("mass", "centre", "inertia", "stiffness")
+    assert [getattr(stated, name) for name in names] == pytest.approx([off[n] for n in names])
+    assert 0.3 < np.sqrt(np.mean(stated.scores**2)) < 2.0
 
 
 def test_quantities_are_as_sure_as_they_state(identified_and_truth):

@@ -233,6 +233,27 @@ def test_a_vehicle_keeps_its_colour_whatever_follows_it_and_eighteen_differ():
         vehicle_colours(["A", "B", "A"])
 
 
+def test_colours_of_many_vehicles_repeat_darker_and_then_lighter():
+    n = len(style.VEHICLE_PALETTE)
+    colours = list(vehicle_colours([f"V{place}" for place in range(3 * n)]).values())
+
+    def channels(colour):
+        return np.array([int(colour[place : place + 2], 16) for place in (1, 3, 5)])
+
+    for place in range(n):
+        plain, darker, lighter = (channels(colours[place + k * n]) for k in range(3))
+        np.testing.assert_allclose(darker, 0.6 * plain, atol=0.5)
+        np.testing.assert_allclose(lighter, plain + 0.35 * (255 - plain), atol=0.5)
+
+
+def test_bars_of_stiffness_reach_over_all_bounds(drawn):
+    (variables, factor, _, _, *rest), keywords = stiffness_arguments()
+    lower, upper = np.full(len(variables), 0.9), np.full(len(variables), 1.1)
+    lower[1], upper[2] = 0.6, 1.6
+    figure = drawn(figures.stiffness_bars, ((variables, factor, lower, upper, *rest), keywords))
+    assert figure.axes[0].get_xlim() == pytest.approx((0.57, 1.63))
+
+
 def test_mounts_of_variables_and_signs_of_changes():
     wanted = {"TSM x": "TSM", "front left z": "front left", "strut": "strut"}
     assert {name: mount_of(name) for name in wanted} == wanted

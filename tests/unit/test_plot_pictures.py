@@ -2,6 +2,7 @@
 
 import io
 import struct
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -238,6 +239,12 @@ def test_pictures_show_what_they_showed(monkeypatch, tmp_path):
 
 def test_what_rounds_to_zero_has_no_sign():
     assert heat(MAC) == heat(np.abs(MAC))
+
+
+def test_a_motion_is_drawn_as_large_in_any_unit():
+    whole = body(1)
+    smaller = replace(whole, motion=1e-6 * np.asarray(whole.motion))
+    assert plot.mode_shapes(smaller) == plot.mode_shapes(whole)
 
 
 def test_motion_is_one_period_of_different_frames():

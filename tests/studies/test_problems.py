@@ -64,6 +64,7 @@ def test_a_softer_compressor_mount_is_quieter_until_it_travels_too_far(tmp_path)
     folder = write_electric_car(tmp_path / "car", 1, "EV-1", None, CalibrationLevel.C2)
     car = deboom.read_electric_car(folder)
     problem = deboom.CompressorProblem(car, line_step=20.0, draws=8, place_tolerance=0.0)
+    np.testing.assert_array_equal(problem.robust.robust.evaluate.frequency, np.arange(20, 141, 20))
     space = problem.robust.space
     soft = np.where(space.upper > space.lower, 0.75, 1.0)
     evaluated = problem.evaluate(

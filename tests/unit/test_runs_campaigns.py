@@ -1,5 +1,6 @@
-"""Virtual measurements of vehicles: which car drives with which parts, and its progress."""
+"""Campaigns and virtual vehicles: which car drives with which parts, progress, and summaries."""
 
+from types import SimpleNamespace
 from unittest.mock import Mock
 
 import pytest
@@ -55,3 +56,24 @@ def test_a_platform_library_tells_each_step_of_its_making(monkeypatch, tmp_path)
     steps = [(done, text) for done, _, text in told]
     assert steps == [(0, "measuring the mounts"), (1, "reading"), (5, "mounts: Du")]
     assert not (tmp_path / "a.json").exists()
+
+
+def test_lines_of_a_characterisation_state_the_half_width_in_percent():
+    budget = SimpleNamespace(identified=True, half_width_95=0.123)
+    directions = {
+        "EnM x": SimpleNamespace(budget=budget, complaint=""),
+        "GeM y": SimpleNamespace(budget=None, complaint="too few runs"),
+    }
+    result = SimpleNamespace(
+        mount_set="M1",
+        runs=range(9),
+        alarms=("χ² is 3",),
+        campaign=SimpleNamespace(assumed=()),
+        directions=directions,
+    )
+    assert campaigns.described(result).split("\n") == [
+        "mount set M1, 9 runs",
+        "  ALARM: χ² is 3",
+        "  EnM x    ± 12.3 % of |K| (95 %), identified",
+        "  GeM y    not identified: too few runs",
+    ]

@@ -246,6 +246,8 @@ def test_a_band_may_be_typed_in_three_ways(typed, declared_one, declared_two):
         read = bands_as_declared(["x", "--band", *typed, "--seed", "2"], widths)
         assert read == ["x", "--band", *wanted, "--seed", "2"]
     assert bands_as_declared(["--band=20-60"], {"--band": 2}) == ["--band", "20", "60"]
+    joined = ["--band=20-60", "--seed", "2"]
+    assert bands_as_declared(joined, {"--band": 1}) == ["--band", "20-60", "--seed", "2"]
     assert bands_as_declared(["--band", "20-60"], {}) == ["--band", "20-60"]
     assert bands_as_declared(["--band"], {"--band": 2}) == ["--band"]
 

@@ -72,3 +72,13 @@ def test_only_means_of_several_pieces_are_said_to_even_out():
     text = MadeParts(space, part_structure(space.names, parts, 0.0)).text
     assert "Du x: the mean of several pieces, which even out to 50 % of the tolerance" in text
     assert "TSM x" not in text
+
+
+def test_the_table_counts_no_part_of_a_direction_that_was_not_measured():
+    space = stiffness_factor_space(("TSM x", "TSM y"), 0.2, 0.15)
+    measured = SimpleNamespace(sigma=0.04, lower=0.03, upper=0.06, n_parts=7, note="")
+    scatter = SimpleNamespace(direction={"TSM x": measured}.get)
+    table = MadeParts(space, None, scatter).table.set_index("variable")
+    assert table["parts"].to_dict() == {"TSM x": 7, "TSM y": 0}
+    assert table.loc["TSM x", "sigma measured [%]"] == pytest.approx(4.0)
+    assert table.loc["TSM y"].isna()["sigma measured [%]"]

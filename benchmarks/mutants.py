@@ -3,9 +3,9 @@
 A fault changes one sign, operator, comparison, constant or function. A sample is drawn by a seed.
 Which test reaches which line is measured once and kept in ``build/mutants``. Each mutant stands in
 a copy of the sources and is shown the tests that reach its line until one fails; a test that fails
-without a fault, too, gives no verdict. What a test starts as a process of its own, such as a server, is
-not in the map: its faults survive unless another test reaches them. A comparison that takes its boundary along (``<`` for
-``<=``) is counted apart.
+without a fault, too, gives no verdict. What a test starts as a process of its own, such as a
+server, is not in the map: its faults survive unless another test reaches them. A comparison that
+takes its boundary along (``<`` for ``<=``) is counted apart.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ class MadeParts:
         evaluate: Evaluate,
         sample: ToleranceSampler,
         *,
-        aims: AimOptions | None = None,
+        aims: AimOptions = AimOptions(),
         limits: Sequence[RobustLimit] = (),
     ) -> Robust:
         """Wrap a model with this scatter; see `deboom.runs.options.robust_response`."""

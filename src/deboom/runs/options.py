@@ -273,7 +273,7 @@ def robust_response(
     space: DesignSpace,
     sample: ToleranceSampler,
     *,
-    aims: AimOptions | None = None,
+    aims: AimOptions = AimOptions(),
     structure: ToleranceStructure | None = None,
     limits: Sequence[RobustLimit] = (),
 ) -> Robust:
@@ -284,7 +284,6 @@ def robust_response(
     - `limits`: of numbers over the scatter.
     - raises InputError: see `AimOptions`.
     """
-    aims = aims or AimOptions()
     return Robust(
         evaluate,
         space,

@@ -35,31 +35,18 @@ def report_limits(report: Report, limits: DesignLimits | None, front: Front) -> 
     named design that misses a limit because variables without effect on the noise went back to
     nominal.
     """
-    search, designs = front.search, front.named_designs
     every = (limits.around(front.robust) if limits else front.robust).limits
     if every is None:
         return
-    whose, draws = [], ""
-    if front.robust.limits:
-        whose.append("by the levels over the scatter")
-        draws = " under the draws of the search"
+    report.section("Limits", _limits_in_words(limits, front))
     if limits:
-        requirements, bounds = limits.requirements, limits.limits
-        whose.append(f"by {'every drawn part' if limits.every_part else 'the design itself'}")
-        for name, design in list(designs.items())[1:]:
-            excess = bounds.excess(requirements(design[np.newaxis, :]))
-            if np.any(excess > 0.0):
-                report.warn(f"The design '{name}' misses a limit: {bounds.closest(excess)}.")
-    report.section(
-        "Limits",
-        f"Limits had to be kept {' and '.join(whose)}: {search.infeasible.sum()} "
-        f"of {search.n_evaluated} designs miss one. All designs of the front keep all{draws}.",
-    )
-    if limits:
-        values = limits.requirements(np.stack(list(designs.values())))
+        report.warn(*_misses_at_nominal(limits, front.named_designs))
+        values = limits.requirements(np.stack(list(front.named_designs.values())))
         report.table(
             "limits",
-            _limited_numbers(limits.limits.limits, dict(zip(designs, values, strict=True))),
+            _limited_numbers(
+                limits.limits.limits, dict(zip(front.named_designs, values, strict=True))
+            ),
             "Limited numbers of the named designs, without scatter.",
         )
     if front.robust.limits:
@@ -69,8 +56,34 @@ def report_limits(report: Report, limits: DesignLimits | None, front: Front) -> 
             "Limited levels of the named designs, under the draws of the verification: means over "
             f"the lines, and loudest lines. {_misses_in_words(_missed_levels(front))}",
         )
-    report.table("beyond_limits", _beyond(search, front.variables, every))
-    report.summary["n_beyond_limits"] = int(search.infeasible.sum())
+    report.table("beyond_limits", _beyond(front.search, front.variables, every))
+    report.summary["n_beyond_limits"] = int(front.search.infeasible.sum())
+
+
+def _limits_in_words(limits: DesignLimits | None, front: Front) -> str:
+    """Say what had to keep limits, and how many designs of the search miss one."""
+    whose, draws = [], ""
+    if front.robust.limits:
+        whose.append("by the levels over the scatter")
+        draws = " under the draws of the search"
+    if limits:
+        whose.append(f"by {'every drawn part' if limits.every_part else 'the design itself'}")
+    return (
+        f"Limits had to be kept {' and '.join(whose)}: {front.search.infeasible.sum()} of "
+        f"{front.search.n_evaluated} designs miss one. All designs of the front keep all{draws}."
+    )
+
+
+def _misses_at_nominal(limits: DesignLimits, designs: Mapping[str, RealArray]) -> list[str]:
+    """Say which named designs (k,) miss a limit; the first, today's, may."""
+    sentences = []
+    for name, design in list(designs.items())[1:]:
+        excess = limits.limits.excess(limits.requirements(design[np.newaxis, :]))
+        if np.any(excess > 0.0):
+            sentences.append(
+                f"The design '{name}' misses a limit: {limits.limits.closest(excess)}."
+            )
+    return sentences
 
 
 def _scales(front: Front) -> RealArray:

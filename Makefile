@@ -14,7 +14,7 @@ newer, $(PYTHON) is ' + sys.version.split()[0] + ': name another one, such as PY
 .PHONY: study test coverage lint bench size wheel validate mutants pictures fuzz docs constraints clean FORCE
 
 study: $(STUDY)
-	$(BIN)/deboom run studies/u06_platform.py
+	$(BIN)/deboom run front
 
 # Processes that the tests start find compiled modules, also where a shell asks Python to write none.
 test: export PYTHONDONTWRITEBYTECODE :=

@@ -25,13 +25,20 @@ from browser_samples import Browser  # noqa: E402
 
 PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"
 PARTS = ROOT / "docs" / "guides" / "delivered_parts.csv"
-EXAMPLE = ROOT / "results" / "u06_sensitivity" / "example"
+EXAMPLE = ROOT / "results" / "sensitivity" / "example"
 QUOTED = ROOT / "tests" / "golden" / "quoted"
 SCREEN, A4 = (1440, 900), (820, 1160)
 """Width and height of photographed pages [px]."""
 PAINTED_S = 5.0
 """Wait until a page has computed what it shows [s]."""
-PICTURES = ("spl_curves", "pareto_front", "stiffness_bars", "sobol", "families")
+PICTURES = {
+    "spl_curves": "spl_curves",
+    "pareto_front": "pareto_front",
+    "stiffness_bars": "stiffness_bars",
+    "sensitivity_sobol": "sobol",
+    "correlation_within_group_families": "families",
+}
+"""Figures of a run that README and guides show, and their names there."""
 
 
 def main() -> None:
@@ -41,10 +48,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
         folder = Path("results")  # commands on the pages name it, as a user's do
         _finished_run(folder)
-        run = run_study(load_study(ROOT / "studies" / "u06_platform.py"), folder, {"seed": 1})
-        for stem in PICTURES:
-            _keep(run, stem, target, stem)
-        front = run_study(load_study(ROOT / "studies" / "u06_robust_front.py"), folder, {"seed": 1})
+        front = run_study(load_study(ROOT / "studies" / "front.py"), folder, {"seed": 1})
+        for stem, name in PICTURES.items():
+            _keep(front, stem, target, name)
         box = run_study(load_study(ROOT / "studies/solution_box.py"), folder, {"front": front})
         _keep(box, "box", target, "acceptance_box")
         _first_pages(front, box, target)
@@ -88,7 +94,7 @@ def _finished_run(folder: Path) -> None:
     options = {"seed": 1, "n": 256, "pairs": True}
     folder = folder.resolve()
     with contextlib.chdir(ROOT):  # a record names its files from here, and a clone has them here
-        run = run_study(load_study(ROOT / "studies" / "u06_sensitivity.py"), folder, options)
+        run = run_study(load_study(ROOT / "studies" / "sensitivity.py"), folder, options)
     if EXAMPLE.exists():
         shutil.rmtree(EXAMPLE)
     shutil.copytree(run, EXAMPLE)

@@ -28,7 +28,7 @@ NEEDED = (
     "deboom/bench/data/fleet.json",
     "deboom/report/page.html",
     "deboom/report/sheet.html",
-    "deboom/studies/u06_platform.py",
+    "deboom/studies/front.py",
     "deboom/studies/data/u06_f39_f45/platform.toml",
 )
 PYTHON_BLOCK = re.compile(r"^```python\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
@@ -55,10 +55,10 @@ def main() -> None:
         python, constraints = str(scripts / "python"), str(ROOT / "constraints.txt")
         _run(empty, python, "-m", "pip", "install", "-q", "-c", constraints, str(wheel))
         listed = _run(empty, str(scripts / "deboom"), "studies")
-        study = ("fleet_correlation", "--group", "U06", "--designs", "16", "--resamples", "100")
+        study = ("correlation", "--group", "U06", "--designs", "16", "--resamples", "100")
         _run(empty, python, "-m", "deboom", "run", *study, "--draws", "4")
-        results = list((empty / "results" / "fleet_correlation").glob("*/summary.json"))
-        if "u06_robust_front" not in listed or len(results) != 1:
+        results = list((empty / "results" / "correlation").glob("*/summary.json"))
+        if "front" not in listed or len(results) != 1:
             sys.exit("the installed package lists no studies or keeps no results here")
         record = json.loads(results[0].with_name("run.json").read_text(encoding="utf-8"))
         if record["environment"]["sources_sha256"] != hash_sources(ROOT / "src" / "deboom"):

@@ -69,9 +69,10 @@ def main(count: int) -> None:
     Report.figures = property(timed)
     with tempfile.TemporaryDirectory() as name:
         platform = write_wide_fleet(Path(name) / "platform", count)
-        study = load_study("u06_robust_front")
+        study = load_study("front")
         wall, begin = time.perf_counter(), time.process_time()
         options = {"platform": platform, "group": ["wide"], "population": 100, "generations": 50}
+        options |= {"with_": "prescribed"}
         folder = run_study(study, Path(name) / "results", options)
         whole = time.process_time() - begin
         print(

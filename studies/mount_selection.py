@@ -338,7 +338,7 @@ def _panels(report: Report, chosen: _Selection, name_of_run: str) -> None:
     report.panel(
         "What to do next",
         Step("deboom run mount_selection --catalogue FILE", "choose from other parts"),
-        Step("deboom run u06_robust_front", "the effect of a part that is in no catalogue"),
+        Step("deboom run front", "the effect of a part that is in no catalogue"),
         Step(f"deboom show {name_of_run}", "all numbers of this run"),
     )
 

@@ -4,7 +4,8 @@ The study takes one design of a front, of a finished run (--from-run) or of a qu
 the cheapest tolerances with which sigma of the mean level is exactly --sigma (default: today's
 sigma), or with which exactly --share of all pairs of part and vehicle keep --limit. The cost of a
 direction is 1 at ±15 % and inversely proportional to the tolerance; --cost-table states other
-costs.
+costs. --free-tolerances also searches with the tolerances of the mounts as variables, from this
+design and today's on: what would another design be worth if its tolerances were tighter?
 
 Keys of summary.json: design, target; cost_cheapest, cost_uniform (one tolerance everywhere for the
 same target), cost_today; cost_ratio_to_uniform, cost_ratio_to_uniform_of_effective (uniform where a
@@ -28,12 +29,21 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.common import PERCENT
 from deboom.errors import InputError
+from deboom.explore.doe import latin_hypercube
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
+from deboom.explore.search import nsga2
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
-from deboom.explore.tolerance_allocation import Allocation, Allocator, ToleranceEffect
+from deboom.explore.tolerance_allocation import (
+    Allocation,
+    Allocator,
+    FreeTolerances,
+    ToleranceEffect,
+)
 from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_report, report_runs
+from deboom.plot.style import mount_of, signed
+from deboom.progress import progress_bar
 from deboom.report import Report, Step, Table
 from deboom.runs.made_parts import (
     MadeParts,
@@ -60,6 +70,8 @@ DRAWS = 8192
 
 TIGHTEST = 3
 """Directions that the verdict names."""
+TOLERANCE_BOUNDS = 0.05, 0.25
+"""Of a tolerance as a variable [1]; judgement around the thesis's ±15 %."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +96,13 @@ class Options:
     tightest: Annotated[float, Option(help="Smallest allowed tolerance, half width [1].")] = 0.05
     widest: Annotated[float, Option(help="Largest allowed tolerance, half width [1].")] = 0.30
     cost_table: CostTable = None
+    free_tolerances: Annotated[
+        bool,
+        Option(
+            help="Search also with the tolerance of each mount, ±5 to ±25 %, as a variable; it "
+            "does not go with limits of levels."
+        ),
+    ] = False
     search: SearchOptions = SearchOptions(generations=40, population=60)
     scatter: ScatterOptions = ScatterOptions(samples=256)
     platform: PlatformOptions = PlatformOptions()
@@ -155,6 +174,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     report.summary |= _summary(sets, options)
     _allocation_section(report, sets)
     _verification_section(report, sets)
+    if options.free_tolerances:
+        _free_tolerances(report, model.robust, design, options)
     report.facts |= {
         "kernel": sets.index.kernel,
         "allocation_draws": options.scatter.samples,
@@ -462,3 +483,90 @@ def _numbered(designs: RealArray, point: int) -> RealArray:
     if not 1 <= point <= len(designs):
         raise InputError(f"there is no point {point} on the front: it has 1 to {len(designs)}")
     return np.asarray(designs[point - 1])
+
+
+def _tolerance_front(free: FreeTolerances, design: RealArray, options: Options) -> pd.DataFrame:
+    """Search from today's and a design (k,) on; tabulate price, levels and tolerances by price."""
+    robust, mounts = free.robust, tuple(free.groups)
+    begin = np.array(
+        [
+            np.append(start, np.full(len(mounts), tolerance))
+            for start in (robust.space.nominal, design)
+            for tolerance in (TOLERANCE_BOUNDS[0], robust.space.tolerance.max())
+        ]
+    )
+    population = max(options.search.population, len(begin))
+    rest = latin_hypercube(free.space, population, seed=options.seed)[len(begin) :]
+    with progress_bar("tolerances as variables") as bar:
+        searched = nsga2(
+            free,
+            population,
+            options.search.generations,
+            seed=options.seed,
+            first_population=np.concatenate([begin, rest]),
+            progress=bar,
+        ).front
+    today = free(free.space.nominal[np.newaxis])
+    index: Any = robust.evaluate
+    per_line = 1.0 / (len(index.response_names) * index.n_lines)
+    tolerances = searched.designs[:, robust.space.n_variables :]
+    columns = {
+        "price over today's [1]": searched.objectives[:, -1],
+        "mean level against today [dB]": (searched.mean_sum - today.mean_sum[0]) * per_line,
+        "sigma against today [%]": PERCENT * (searched.sigma_sum / today.sigma_sum[0] - 1.0),
+    }
+    columns |= {
+        f"tolerance {mount} ± [%]": PERCENT * values
+        for mount, values in zip(mounts, tolerances.T, strict=True)
+    }
+    columns |= {
+        f"{name} [1]": values
+        for name, values in zip(free.space.names, searched.designs.T, strict=True)
+        if name in robust.space.names
+    }
+    return pd.DataFrame(columns).sort_values("price over today's [1]", ignore_index=True)
+
+
+def _free_tolerances(report: Report, robust: Robust, design: RealArray, options: Options) -> None:
+    """Search with the tolerance of each mount as a variable, and show its front by price."""
+    mounts: dict[str, list[str]] = {}
+    for name, tolerance in zip(robust.space.names, robust.space.tolerance, strict=True):
+        if tolerance > 0.0:
+            mounts.setdefault(mount_of(name), []).append(name)
+    free = FreeTolerances(robust, mounts, *TOLERANCE_BOUNDS)
+    whole = _tolerance_front(free, design, options)
+    affordable = np.flatnonzero(whole["price over today's [1]"] <= 1.0)
+    steadiest = affordable[int(whole["sigma against today [%]"].to_numpy()[affordable].argmin())]
+    best = whole.loc[steadiest]
+    low, high = (f"{PERCENT * bound:g}" for bound in TOLERANCE_BOUNDS)
+    report.section(
+        "Tolerances as variables",
+        f"The tolerance of each mount lies between ±{low} and ±{high} %, as a variable beside the "
+        "stiffness factors, and its price, today's tolerance over it, is a third objective. The "
+        "tighter ones cost most, the front says what they buy. At no higher price than today's it "
+        f"has a design with {signed(best['sigma against today [%]'], 0)} % of sigma and "
+        f"{signed(best['mean level against today [dB]'], 1)} dB; its tolerances are "
+        + ", ".join(f"{mount} ±{best[f'tolerance {mount} ± [%]']:.0f} %" for mount in mounts)
+        + ".",
+        folded=True,
+    )
+    report.table("free_tolerances", whole)
+    shown = list(whole.columns[: 3 + len(mounts)])
+    values = whole[shown].to_numpy()
+    report.figure(
+        "free_tolerances",
+        lambda: plot.parallel_coordinates(
+            [name.replace(" against today", "") for name in shown],
+            values,
+            np.stack([values.min(axis=0), values.max(axis=0)]),
+            whole["price over today's [1]"],
+            {
+                "today": np.array([1.0, 0.0, 0.0, *(PERCENT * free.space.nominal[-len(mounts) :])]),
+                "least sigma at no higher price": values[steadiest],
+            },
+            value_label="price over today's [1]",
+            share_label="from smallest to largest [%]",
+        ),
+        "Every design of the front over both levels, the price and the tolerance of each mount, "
+        "from the smallest to the largest of each.",
+    )

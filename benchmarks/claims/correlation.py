@@ -40,10 +40,10 @@ def claims() -> list[Claim]:
             abs(apart[0] - sobol["r_u06_5_mean"]),
             3,
         ),
-        at_most("a run of fleet_correlation [s]", 60, seconds, 1),
+        at_most("a run of correlation [s]", 60, seconds, 1),
     ]
 
 
 def _summaries(changes: dict[str, Any], seeds: tuple[int, ...] = SEEDS) -> list[dict[str, Any]]:
-    study = load_study("fleet_correlation")
+    study = load_study("correlation")
     return [study.report({"seed": seed, **changes}).summary for seed in seeds]

@@ -1,6 +1,6 @@
 """Sensitivity: which stiffness matters.
 
-`studies/u06_sensitivity.py` with its default budget (1024 base points, uniform within ±15 %, sum of
+`studies/sensitivity.py` with its default budget (1024 base points, uniform within ±15 %, sum of
 decibels) under prescribed motion, as in the thesis; under coupled motion, the study's default,
 U06-5 has Du x (0.26) before TSM x (0.21) behind GeM x (0.40). The
 platform's fleet was chosen so that it shows the phenomena of the thesis; how often a fleet from the
@@ -19,7 +19,7 @@ LOUD, BATTERY = [f"U06-{number}" for number in range(1, 5)], "U06-5"
 
 
 def claims() -> list[Claim]:
-    report = load_study("u06_sensitivity").report({"seed": 1, "motion": Motion.prescribed})
+    report = load_study("sensitivity").report({"seed": 1, "motion": Motion.prescribed})
     table = report.tables["sobol"].set_index(["vehicle", "variable"])
     total, interval = table["total [1]"], table["total interval ± [1]"]
     loud = [f"{total[name, 'TSM x']:.2f}, {total[name, 'Du x']:.2f}" for name in LOUD]

@@ -1,6 +1,6 @@
 """The mount supplier's sheet, and its way back.
 
-`deboom report RUN --supplier` on a run of `studies/u06_robust_front.py` with a fifth of its budget
+`deboom report RUN --supplier` on a run of `studies/front.py` with a fifth of its budget
 (60 × 40 designs, prescribed motion), seed 1. Deliveries of 60 strut mounts are drawn about the
 band, from capable to hopeless; their true stiffness at the state of the sheet comes from the
 bench's law, the supplier reads it with an expanded uncertainty of 2 % and fills in the workbook,
@@ -42,8 +42,8 @@ def claims() -> list[Claim]:
     """Write sheets of a small run, compare their numbers, and judge deliveries."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder)
-        budget = {"generations": 40, "population": 60, "motion": Motion.prescribed}
-        run = run_study(load_study(STUDIES / "u06_robust_front.py"), out, budget)
+        budget = {"generations": 40, "population": 60, "motion": Motion.prescribed, "with_": "none"}
+        run = run_study(load_study(STUDIES / "front.py"), out, budget)
         box = {"front": run, "motion": Motion.prescribed}
         files = SheetFiles(box=run_study(load_study(STUDIES / "solution_box.py"), out, box))
         begin = time.perf_counter()

@@ -1,6 +1,6 @@
 """The front study on tilted mounts.
 
-`studies/u06_robust_front.py` on platforms of drawn benches whose powertrain mounts stand 20° away
+`studies/front.py` on platforms of drawn benches whose powertrain mounts stand 20° away
 from the vehicle's axes, each about an axis of its own, and on the same with parallel mounts: every
 error of a laboratory, stated angles, the study's chain of search, verification and picks with a
 budget of 40 × 20 designs and 32 draws, 20 to 60 Hz, 5th gear with full load. Its best mean is
@@ -71,10 +71,11 @@ def _best_mean(seed: int, tilt: float) -> tuple[float, float]:
             "load_case": [CASE],
             "band": BAND,
             "mounts": "spectra",
+            "with_": "none",
             **BUDGET,
         }
         with patch.object(Report, "figure", lambda *_: plt.close("all")):
-            report = load_study("u06_robust_front").report(options)
+            report = load_study("front").report(options)
         cars = read_platform(path).fleet.group(GROUP).names
     design = report.tables["stiffness"]["best-mean factor [1]"].to_numpy()[:PATHS]
     true = driven_change(load_bench(seed, tilt), load_fleet(seed), cars, design)

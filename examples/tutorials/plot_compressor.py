@@ -69,7 +69,7 @@ axes.legend()
 # with `--cars my_car` yours. A real search takes the defaults.
 
 front = terminal(
-    f"run compressor_robust_front --generations 4 --population 12 --samples 8 --checks 32 --n 16 "
+    f"run compressor_front --generations 4 --population 12 --samples 8 --checks 32 --n 16 "
     f"--out {results}"
 )
 picks = pd.read_csv(Path(front) / "picks.csv", index_col="design")

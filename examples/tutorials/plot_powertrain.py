@@ -57,7 +57,7 @@ paths.table.head(4)
 # --population 100`, the default.
 
 front = terminal(
-    f"run u06_robust_front --band 24 40 --generations 6 --population 16 --samples 16 --no-polish "
+    f"run front --band 24 40 --generations 6 --population 16 --samples 16 --no-polish "
     f"--out {results}"
 )
 picks = pd.read_csv(Path(front) / "picks.csv", index_col="design")

@@ -80,7 +80,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Takes the booming noise (15-140 Hz) out of vehicles.",
     epilog=(
-        "Try:  deboom run u06_platform   (a fleet of cars, in a minute)   or   deboom new platform "
+        "Try:  deboom run front   (a fleet of cars, in a minute)   or   deboom new platform "
         "mine   (a folder for measurements of your own).  `deboom COMMAND --help` explains each. "
         "Bad input ends with one sentence and exit code 2."
     ),
@@ -144,7 +144,7 @@ def _options(
 def run(
     context: typer.Context,
     study: Annotated[
-        str | None, typer.Argument(help="Name or file of a study, such as u06_robust_front.")
+        str | None, typer.Argument(help="Name or file of a study, such as front.")
     ] = None,
 ) -> None:
     """Run a study and print the folder of its results as the last line.
@@ -158,8 +158,10 @@ def run(
         raise typer.Exit
     from deboom.runs.runner import study_command
 
-    command = study_command(study)
-    command(args=list(context.args), prog_name=f"deboom run {study}")
+    every_option = "--help-all" in context.args
+    command = study_command(study, every_option=every_option)
+    arguments = ["--help" if word == "--help-all" else word for word in context.args]
+    command(args=arguments, prog_name=f"deboom run {study}")
 
 
 @app.command()

@@ -100,11 +100,11 @@ def report(
     """Write further pages from a finished run: for a mount supplier, or to explore its front.
 
     --supplier writes two pages of A4 and a workbook for each mount of an engine or, from a run of
-    compressor_robust_front, of a compressor. They state one nominal stiffness, one band and one
+    compressor_front, of a compressor. They state one nominal stiffness, one band and one
     state per direction, the test of a part, the rules of acceptance, the demands on the process,
     and the worth of a better process. Bands and limits come from --box, or bands from --tolerances
     if there is no box, and part numbers from --sharing. programme.toml beside the platform gives
-    drawing, volumes, weight forces and test conditions. From a run of u06_sensitivity, the page
+    drawing, volumes, weight forces and test conditions. From a run of sensitivity, the page
     shows the share of each direction in the noise, per vehicle. An existing sheet is not
     overwritten: give --out for the next revision.
 
@@ -175,7 +175,7 @@ def listen(
     its band, at a constant rise of speed. Use headphones: small loudspeakers do not play 20 to 60
     Hz.
 
-    Try: deboom listen results/u06_platform/RUN --seconds 15
+    Try: deboom listen results/front/RUN --seconds 15
     """
     from deboom.runs.listen import write_run_ups
 

@@ -65,3 +65,8 @@ def listed(names: Sequence[str]) -> str:
     if len(names) > MOST_LISTED:
         return f"{', '.join(names[:3])} and {len(names) - 3} others"
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def option_name(name: str) -> str:
+    """Return how an option is typed, without its dashes; a Python word such as ``with_`` ends so."""
+    return name.rstrip("_").replace("_", "-")

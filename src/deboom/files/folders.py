@@ -44,7 +44,7 @@ FILES: Mapping[FolderKind, tuple[str, type[StrictModel]]] = {
 }
 """Kind of folder → the file that makes it one, and its keys; a car has ``operation.toml``, too."""
 NEXT: Mapping[FolderKind, tuple[str, str]] = {
-    FolderKind.platform: ("deboom run u06_platform --platform {}", "your-own-platform"),
+    FolderKind.platform: ("deboom run front {}", "your-own-platform"),
     FolderKind.campaign: ("deboom characterise {} --library mounts.db", "your-own-data"),
     FolderKind.vehicle: ("deboom run synthesis_validation --vehicle {}", "your-own-data"),
     FolderKind.car: ("deboom run compressor_noise --car {}", "your-own-data"),

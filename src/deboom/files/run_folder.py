@@ -365,7 +365,7 @@ class RunEntry:
         if front_table.FRONT not in self.record["files_sha256"]:
             raise InputError(
                 f"run {self.folder} is of {self.study}, which is no front study (no "
-                f"{front_table.FRONT}): take a run of a front, such as those of u06_robust_front"
+                f"{front_table.FRONT}): take a run of a front, such as those of front"
             )
         return front_table.FrontTable.read(self.folder)
 
@@ -401,13 +401,18 @@ class RunEntry:
         """
         from deboom.files.doe_table import experiment_of
 
+        name = self._answer(DOE, "correlation")
         named = self.record.get("responses"), self.record.get("n_lines")
-        return experiment_of(self.folder / f"{DOE}.csv", self.table(DOE), *named)
+        return experiment_of(self.folder / f"{name}.csv", self.table(name), *named)
 
     @property
     def sobol(self) -> pd.DataFrame:
         """Sobol indices of the run, one row per variable and response; see `table`."""
-        return self.table(SOBOL)
+        return self.table(self._answer(SOBOL, "sensitivity"))
+
+    def _answer(self, table: str, question: str) -> str:
+        """Return the name of a table; in a run of a front that of the further question."""
+        return table if table in self.tables else f"{question}_{table}"
 
     def run(self) -> Run:
         """Return the run, to be gone on with.

@@ -448,8 +448,8 @@ def _answer(report: Report, study: CorrelationStudy, finding: str) -> None:
     report.panel(
         "What to do next",
         Step("deboom run commonality", "how few part numbers serve them all"),
-        Step("deboom run u06_robust_front --group GROUP", "mounts for one group"),
-        Step("deboom run u06_robust_front --group all", "mounts for all vehicles"),
+        Step("deboom run front --group GROUP", "mounts for one group"),
+        Step("deboom run front --group all", "mounts for all vehicles"),
     )
 
 

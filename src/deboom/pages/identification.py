@@ -150,7 +150,7 @@ def _answer(report: Report, identification: Identification) -> None:
     report.panel(
         "What to do next",
         Step("deboom unbalance TEST", "the unbalance of the running compressor"),
-        Step("deboom run compressor_robust_front --cars CAR", "the mounts that make cars quiet"),
+        Step("deboom run compressor_front --cars CAR", "the mounts that make cars quiet"),
         wide=True,
     )
 

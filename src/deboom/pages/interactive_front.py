@@ -159,7 +159,7 @@ def interactive_doe(
     if not isinstance(model, FleetModel):
         raise InputError(
             f"run {entry.folder}: its study {entry.study} has no levels of a platform's vehicles: "
-            "take designs of an experiment, such as those of fleet_correlation"
+            "take designs of an experiment, such as those of correlation"
         )
     index, runs = model.index, model.runs
     table = read_frame(entry.folder / DOE, ("failure",))
@@ -332,7 +332,7 @@ def _table(study: SupplierStudy, stem: str, columns: tuple[str, ...]) -> pd.Data
     if missing:
         raise InputError(
             f"{path} has no column '{missing[0]}', which the interactive page shows: it needs the "
-            "run of a study such as u06_robust_front"
+            "run of a study such as front"
         )
     return table
 

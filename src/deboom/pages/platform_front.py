@@ -78,7 +78,7 @@ class PlatformFront:
     prescribed: Front | None = None
     limits: DesignLimits | None = None
     target: float | None = None
-    run: str = "results/u06_robust_front/latest"
+    run: str = "results/front/latest"
 
     @property
     def platform(self) -> Platform:

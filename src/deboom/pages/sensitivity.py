@@ -479,8 +479,8 @@ def _answer(report: Report, study: Sensitivity) -> None:
     )
     report.panel(
         "What to do next",
-        Step("deboom run u06_robust_front", "the best set of stiffnesses"),
-        Step("deboom report results/u06_sensitivity/latest --supplier", "a page per mount"),
+        Step("deboom run front", "the best set of stiffnesses"),
+        Step("deboom report results/sensitivity/latest --supplier", "a page per mount"),
         Step("deboom run tolerance_allocation", "where a tolerance pays"),
     )
 

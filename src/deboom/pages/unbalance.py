@@ -141,7 +141,7 @@ def _answer(report: Report, measured: MeasuredUnbalance, alarms: Sequence[str]) 
     report.panel(
         "What to do next",
         Step("deboom unbalance TEST --limits FILE", "hold it against limits"),
-        Step("deboom run compressor_robust_front --cars CAR", "the mounts that make cars quiet"),
+        Step("deboom run compressor_front --cars CAR", "the mounts that make cars quiet"),
         wide=True,
     )
 

@@ -6,15 +6,17 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_type_hints
 
-from typer import CallbackParam, Option
+from typer import Argument, CallbackParam, Option
 from typer.models import ArgumentInfo, OptionInfo
 
 from deboom.choices import CalibrationLevel, LevelStatistic
+from deboom.common import option_name
 from deboom.errors import InputError, naming
 from deboom.explore.moments import (
     MEAN_SUM,
@@ -40,7 +42,7 @@ def at_least(least: int, *, power_of_two: bool = False) -> Callable[..., int]:
     """Return an option's callback that refuses fewer, or no power of two, before any work."""
 
     def check(option: CallbackParam, value: int) -> int:
-        typed = f"--{str(option.name).replace('_', '-')} {value}"
+        typed = f"--{option_name(str(option.name))} {value}"
         if value < least:
             raise InputError(f"{typed}: take at least {least}")
         if power_of_two and value & (value - 1):
@@ -117,6 +119,32 @@ def expanded(options: Any) -> dict[str, inspect.Parameter]:
 def is_positional(parameter: inspect.Parameter) -> bool:
     """Say whether an option is typed by its place, without a name: its type has an `Argument`."""
     return any(isinstance(mark, ArgumentInfo) for mark in _marks(parameter))
+
+
+def is_hidden(parameter: inspect.Parameter) -> bool:
+    """Say whether the help of a study does not show an option."""
+    return any(isinstance(mark, OptionInfo) and mark.hidden for mark in _marks(parameter))
+
+
+def hidden(parameter: inspect.Parameter) -> inspect.Parameter:
+    """Return an option that the help does not show."""
+    marks = [copy(mark) for mark in _marks(parameter)]
+    for mark in marks:
+        if isinstance(mark, OptionInfo):
+            mark.hidden = True
+    return parameter.replace(annotation=Annotated[(parameter.annotation.__origin__, *marks)])
+
+
+def argument_for(parameter: inspect.Parameter, *, named: str) -> inspect.Parameter:
+    """Return an argument that is typed by its place, for an option that is a path.
+
+    - `named`: name of the argument, another one than that of the option.
+    """
+    help_ = next(mark.help for mark in _marks(parameter) if isinstance(mark, OptionInfo))
+    argument = Argument(metavar=parameter.name.upper(), help=help_)
+    return inspect.Parameter(
+        named, parameter.kind, default=None, annotation=Annotated[Path | None, argument]
+    )
 
 
 def is_lone_flag(parameter: inspect.Parameter) -> bool:

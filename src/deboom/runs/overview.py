@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from deboom.common import option_name
 from deboom.errors import InputError
 from deboom.files.disk import read_json, replace_text
 from deboom.files.run_folder import RunEntry, check_files, readable_runs
@@ -93,7 +94,7 @@ def headlines(entry: RunEntry) -> dict[str, str]:
 def options(record: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options that a run was given, by the names of the command line."""
     return {
-        name.replace("_", "-"): value
+        option_name(name): value
         for name, value in record.get("arguments", {}).items()
         if value is not None
     }

@@ -49,7 +49,13 @@ class PlatformOptions:
             show_default=f"{DEMONSTRATED}, or the only one",
         ),
     ] = field(default_factory=list)
-    platform: Annotated[Path, Option(help="Folder with platform.toml.")] = DEMONSTRATION
+    platform: Annotated[
+        Path,
+        Option(
+            hidden=True,  # typed by its place
+            help="Folder with platform.toml; default: u06, the demonstration.",
+        ),
+    ] = DEMONSTRATION
     band: Annotated[
         tuple[float, float] | None,
         Option(metavar=BAND, help="Band whose lines count [Hz].", show_default=BAND_DEFAULT),

@@ -15,6 +15,7 @@ from deboom.errors import InputError
 from deboom.explore.front import replicates
 from deboom.explore.robust import Robust
 from deboom.files.disk import read_text
+from deboom.files.former_studies import FORMER_STUDIES
 from deboom.files.front_run import (
     SAME_RESULT,
     ComparedRun,
@@ -92,7 +93,9 @@ def study_of(entry: RunEntry, folder: Path | None) -> Study:
     """
     here = Path("studies")
     scripts = {path.stem: path for path in study_files(folder or shipped_studies())}
-    script, beside = scripts.get(entry.study), here / f"{entry.study}.py"
+    former = FORMER_STUDIES.get(entry.study)
+    script = scripts.get(entry.study) or (scripts.get(former.today) if former else None)
+    beside = here / f"{entry.study}.py"
     of_this = folder is None and beside in study_files(here) and _is_of(beside, entry)
     if of_this and not (script is not None and _is_of(script, entry)):
         raise InputError(
@@ -269,7 +272,7 @@ def supplier_study_of(run: ComparedRun, pick: Pick | Path) -> SupplierStudy:
     if not isinstance(model, BoomingModel) or not isinstance(prepared, PlatformModel):
         raise InputError(
             f"run {run.entry.folder}: its study {run.entry.study} does not search for stiffnesses "
-            "of a platform's mounts: this command takes such fronts, as of u06_robust_front"
+            "of a platform's mounts: this command takes such fronts, as of the study front"
         )
     first, last = float(model.frequency[0]), float(model.frequency[-1])
     # all vehicles: parts belong to the platform, and the model knows its own vehicles

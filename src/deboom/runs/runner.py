@@ -25,7 +25,7 @@ import time
 import traceback
 import webbrowser
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass, field, is_dataclass
 from enum import Enum
 from itertools import chain
 from pathlib import Path
@@ -37,9 +37,10 @@ from pydantic import TypeAdapter, ValidationError
 from threadpoolctl import threadpool_limits
 from typer.core import TyperCommand
 
-from deboom.common import shipped_studies
+from deboom.common import option_name, shipped_studies
 from deboom.errors import IncompleteReport, InputError
 from deboom.files.disk import read_text
+from deboom.files.former_studies import FORMER_STUDIES
 from deboom.files.front_run import SAME_RESULT
 from deboom.files.run_folder import (
     LOCK,
@@ -56,7 +57,16 @@ from deboom.files.run_folder import (
     start_run,
 )
 from deboom.report import PAGE, SUMMARY, Report, Step
-from deboom.runs.options import bands_as_declared, expanded, filled, is_lone_flag, is_positional
+from deboom.runs.options import (
+    argument_for,
+    bands_as_declared,
+    expanded,
+    filled,
+    hidden,
+    is_hidden,
+    is_lone_flag,
+    is_positional,
+)
 from deboom.runs.overview import command_of, refresh_overview
 from deboom.runs.result import RunContext
 from deboom.runs.second_process import SecondProcess
@@ -81,7 +91,7 @@ def study_files(folder: Path | None = None) -> list[Path]:
 def find_study(wanted: str | Path, folder: Path | None = None) -> Path:
     """Return the file of a study that is given as a path or by its bare name.
 
-    - `wanted`: ``studies/u06_robust_front.py`` or ``u06_robust_front``.
+    - `wanted`: ``studies/front.py`` or ``front``, or the name that it had in version 0.3.
     - `folder`, optional: folder where a bare name is looked up; see `study_files`.
     - raises InputError: there is no such study; the nearest name is given.
     """
@@ -92,6 +102,8 @@ def find_study(wanted: str | Path, folder: Path | None = None) -> Path:
     names = [file.stem for file in files]
     if str(wanted) in names:
         return files[names.index(str(wanted))]
+    if former := FORMER_STUDIES.get(path.stem):
+        return find_study(former.today, folder)
     near = difflib.get_close_matches(path.stem, names, n=1)
     hint = f"; did you mean {near[0]}?" if near else ""
     raise InputError(f"{wanted}: there is no such study; `deboom studies` lists them{hint}")
@@ -131,11 +143,13 @@ class Study:
     - `path`: its file.
     - `question`: what it asks.
     - `module`: with ``Options``, ``prepare`` and ``run``.
+    - `defaults`: defaults of options that are not those of ``Options``, by name.
     """
 
     path: Path
     question: str
     module: ModuleType
+    defaults: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -153,7 +167,7 @@ class Study:
 
         A path that the user must name has no default.
         """
-        options = expanded(self.module.Options())
+        options = expanded(filled(self.module.Options(), self.defaults))
         return {
             name: parameter.replace(default=parameter.empty)
             if is_positional(parameter)
@@ -225,7 +239,9 @@ def load_study(study: str | Path) -> Study:
         raise InputError(f"{path}: every option has a default and a type: {error}") from None
     if not hasattr(module.Options, "seed"):
         raise InputError(f"{path}: Options has no seed; write `seed: int = 1`")
-    return Study(path, question, module)
+    former = FORMER_STUDIES.get(Path(study).stem)
+    renamed = former is not None and former.today == path.stem
+    return Study(path, question, module, former.defaults if former and renamed else {})
 
 
 def _module(path: Path) -> ModuleType:
@@ -332,12 +348,14 @@ def arguments_of(
       more.
     """
     recorded = {**entry.record.get("positional", {}), **entry.record["arguments"]}
+    if entry.study in FORMER_STUDIES and entry.study != study.name:
+        recorded = FORMER_STUDIES[entry.study].arguments(recorded)
     for name, value in (given or {}).items():
         plain = _recorded(value)
         if name in SAME_RESULT:
             recorded[name] = plain
         elif recorded.get(name) != plain:
-            option = f"--{name.replace('_', '-')}"
+            option = f"--{option_name(name)}"
             raise InputError(
                 f"run {entry.name} was started with {option} {recorded.get(name)}, not {plain}: "
                 "leave the option out or start a new run"
@@ -519,12 +537,21 @@ class _BandCommand(TyperCommand):
         return super().parse_args(ctx, bands_as_declared(args, widths))
 
 
-def study_command(wanted: str | Path) -> typer.Typer:
+def study_command(wanted: str | Path, *, every_option: bool = False) -> typer.Typer:
     """Build the command of one study, by its path or name: its options are those typed.
 
-    A study of paths that the user names is too short to be resumed.
+    A study of paths that the user names is too short to be resumed. An option that its study hides,
+    such as ``--platform``, is shown as an argument that is typed by its place.
+
+    - `every_option`: the help shows also those that are not in ``Options.COMMON``.
     """
     study = load_study(wanted)
+    if study.name != Path(wanted).stem:
+        typer.echo(
+            f"deboom: the study {Path(wanted).stem} is {study.name} now; from 0.5 on only this "
+            "name is taken",
+            err=True,
+        )
     hints = get_type_hints(_common_options, include_extras=True)
     common = list(inspect.signature(_common_options).parameters)
     if study.positional:
@@ -533,11 +560,21 @@ def study_command(wanted: str | Path) -> typer.Typer:
             Path, typer.Option(help=f"Folder in which {study.name}/<run>/ is made.")
         ]
     declared = inspect.signature(_common_options).parameters
-    options = [*study.parameters.values()]
+    common_options = getattr(study.module.Options, "COMMON", study.parameters)
+    typed_by_place = [name for name, option in study.parameters.items() if is_hidden(option)]
+    rare = study.parameters.keys() - {*common_options, *typed_by_place}
+    options = [
+        hidden(option) if name in rare and not every_option else option
+        for name, option in study.parameters.items()
+    ]
     options += [declared[name].replace(annotation=hints[name]) for name in common]
+    by_place = {f"{name}_": name for name in typed_by_place}
+    options += [argument_for(study.parameters[n], named=place) for place, n in by_place.items()]
 
     def command(**arguments: Any) -> None:
         context, out = arguments.pop("context"), arguments.pop("out")
+        placed = {name: arguments.pop(place) for place, name in by_place.items()}
+        placed = {name: value for name, value in placed.items() if value is not None}
         resume, other_code = arguments.pop("resume", None), arguments.pop("other_code", False)
         shown = arguments.pop("show_page")
         _check_numbers(arguments)
@@ -546,6 +583,7 @@ def study_command(wanted: str | Path) -> typer.Typer:
             for name, value in arguments.items()
             if context.get_parameter_source(name).name != "DEFAULT"
         }
+        arguments, given = {**arguments, **placed}, {**given, **placed}
         # the framework ends Ctrl-C of this inner command itself, without our sentence
         with errors_as_sentences():
             if resume is None:
@@ -560,7 +598,8 @@ def study_command(wanted: str | Path) -> typer.Typer:
     command.__annotations__ = {option.name: option.annotation for option in options}
     command.__doc__ = study.description
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-    app.command(cls=_BandCommand)(command)
+    more = f"`deboom run {study.name} --help-all` shows {len(rare)} more options." if rare else ""
+    app.command(cls=_BandCommand, epilog="" if every_option else more)(command)
     return app
 
 
@@ -577,7 +616,7 @@ def _check_numbers(arguments: Mapping[str, Any]) -> None:
     """Refuse numbers that no option means, before any work."""
     for name, value in arguments.items():
         values = value if isinstance(value, tuple | list) else (value,)
-        option = f"--{name.replace('_', '-')} {value}"
+        option = f"--{option_name(name)} {value}"
         if any(isinstance(each, float) and not math.isfinite(each) for each in values):
             raise InputError(f"{option}: give a finite number")
         if name == "tolerance" and not 0.0 < value < 1.0:

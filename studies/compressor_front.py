@@ -305,7 +305,7 @@ def run(prepared: Model, options: Options, context: RunContext | None = None) ->
         model=model,
         sobol=stiffness_sobol(model, space, options.n, seed=seed),
     )
-    report = front_report(view, options, limits, run_name(context, "compressor_robust_front"))
+    report = front_report(view, options, limits, run_name(context, "compressor_front"))
     report.inputs += of_limits
     return report
 
@@ -560,10 +560,10 @@ def _answer(
     )
     report.panel(
         "What to do next",
-        Step("deboom run compressor_robust_front --cars FOLDER", "the same with measured cars"),
-        Step("deboom run compressor_robust_front --peak-rise 1", "no booming peak louder by more"),
-        Step("deboom run compressor_robust_front --reach 0.6", "let stiffness go further"),
-        Step("deboom run compressor_robust_front --travel 1.5", "let mounts travel further"),
+        Step("deboom run compressor_front --cars FOLDER", "the same with measured cars"),
+        Step("deboom run compressor_front --peak-rise 1", "no booming peak louder by more"),
+        Step("deboom run compressor_front --reach 0.6", "let stiffness go further"),
+        Step("deboom run compressor_front --travel 1.5", "let mounts travel further"),
         Step(f"deboom report {run} --supplier", "the sheet for the maker of the mounts"),
     )
 

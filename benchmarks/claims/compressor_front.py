@@ -24,7 +24,7 @@ from deboom.runs import compressor_fleet
 from deboom.runs.compressor_fleet import exact_levels, mounted_fleet, virtual_fleet
 from deboom.runs.runner import load_study
 
-STUDY = load_study("compressor_robust_front")
+STUDY = load_study("compressor_front")
 N_DESIGNS = 20
 LEVEL = CalibrationLevel.C2
 LINES = np.arange(20.0, 141.0, 2.0)

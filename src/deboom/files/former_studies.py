@@ -1,0 +1,57 @@
+"""Studies under the names that they had in version 0.3; versions before 0.5 take them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from deboom.errors import InputError
+
+
+@dataclass(frozen=True)
+class FormerStudy:
+    """A study of version 0.3, as a study of today.
+
+    - `today`: its name.
+    - `defaults`: options whose default was another one, by name.
+    - `gone`: options that it took and today's does not, with the value at which they did nothing,
+      and what there is in their place.
+    """
+
+    today: str
+    defaults: Mapping[str, Any] = field(default_factory=dict)
+    gone: Mapping[str, tuple[Any, str]] = field(default_factory=dict)
+
+    def arguments(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return options of the former study as today's takes them.
+
+        - `given`: options by name.
+        - raises InputError: an option that is gone and did something.
+        """
+        for name in given.keys() & self.gone.keys():
+            idle, instead = self.gone[name]
+            if given[name] != idle:
+                raise InputError(f"{self.today} has no --{name.replace('_', '-')}: {instead}")
+        kept = {name: value for name, value in given.items() if name not in self.gone}
+        return {**self.defaults, **kept}
+
+
+FORMER_STUDIES = {
+    "u06_platform": FormerStudy("front"),
+    "u06_robust_front": FormerStudy(
+        "front",
+        {"with_": "prescribed", "generations": 50},
+        {
+            # the options that it stood for are recorded beside it
+            "as_thesis": (False, "write --motion prescribed --sampler fresh --samples 100"),
+            "free_tolerances": (
+                False,
+                "`deboom run tolerance_allocation --free` searches with tolerances as variables",
+            ),
+        },
+    ),
+    "u06_sensitivity": FormerStudy("sensitivity"),
+    "fleet_correlation": FormerStudy("correlation"),
+    "compressor_robust_front": FormerStudy("compressor_front"),
+}

@@ -411,8 +411,9 @@ class RunEntry:
         return self.table(self._answer(SOBOL, "sensitivity"))
 
     def _answer(self, table: str, question: str) -> str:
-        """Return the name of a table; in a run of a front that of the further question."""
-        return table if table in self.tables else f"{question}_{table}"
+        """Return the name of a table, in the run of a front that of a further question."""
+        further = f"{question}_{table}"
+        return further if further in self.tables else table
 
     def run(self) -> Run:
         """Return the run, to be gone on with.

@@ -22,7 +22,6 @@ from typing import Annotated, Any
 from typer import Option
 
 from deboom.explore.robust import Robust
-from deboom.explore.search import VERIFIED
 from deboom.pages.correlation import (
     CorrelationStudy,
     DoeRequest,
@@ -160,7 +159,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         seed=options.seed,
         run=context,
         inputs=platform.input_files,
-        verified_with=VERIFIED,
     )
     view = PlatformFront(
         front=front,

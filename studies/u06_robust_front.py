@@ -37,7 +37,7 @@ from deboom.errors import InputError
 from deboom.explore.doe import latin_hypercube
 from deboom.explore.result import Front
 from deboom.explore.robust import DesignLimits, Robust
-from deboom.explore.search import VERIFIED, nsga2
+from deboom.explore.search import nsga2
 from deboom.explore.tolerance_allocation import FreeTolerances
 from deboom.files.limits import mount_limits, read_level_limits
 from deboom.pages.motion import report_runs
@@ -175,7 +175,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         run=context,
         inputs=inputs,
         limits=limits,
-        verified_with=VERIFIED,
     )
     prescribed: Front | None = None
     begin = None

@@ -6,11 +6,10 @@ from pathlib import Path
 import pytest
 from summary_keys import described, undefined
 
-from deboom.runs.runner import Study, load_study
+from deboom.runs.runner import Study
 from pinned_pages import run_aloud
 
 STUDIES = Path(__file__).parents[2] / "studies"
-FRONT_STUDY = STUDIES / "u06_robust_front.py"
 
 WHOLE_PICTURES = ("study_resume",)
 """Modules that hold all files of two runs together."""
@@ -62,15 +61,3 @@ def finished(request, budget, tmp_path_factory):
 @pytest.fixture(scope="module")
 def summary(finished):
     return json.loads((finished / "summary.json").read_text(encoding="utf-8"))
-
-
-@pytest.fixture
-def quick_front(monkeypatch):
-    """Return the front study with 64 draws behind every verified number instead of 1024.
-
-    For tests of its options and words; those of its numbers verify in full.
-    """
-    study = load_study(FRONT_STUDY)
-
-    monkeypatch.setattr(study.module, "VERIFIED", 64)
-    return study

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,12 +12,13 @@ import pytest
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.pages.motion import PART_WARNING, motion_report
-from deboom.runs.runner import run_study
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.design_factor import Factor
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
-BUDGET = {"seed": 1, "generations": 1, "population": 4, "samples": 4, "load_case": ["g6_wot160"]}
+BUDGET = {"seed": 1, "generations": 1, "population": 4, "samples": 4, "checks": 64}
+BUDGET |= {"load_case": ["g6_wot160"]}
 
 
 @pytest.fixture(scope="module")
@@ -25,9 +27,9 @@ def runs():
     return platform.runs(["g6_wot160"], fleet=platform.fleet.group("U06"))
 
 
-def test_part_with_amplitude_is_recorded_warned_of_and_checked(quick_front, tmp_path, capsys):
+def test_part_with_amplitude_is_recorded_warned_of_and_checked(tmp_path, capsys):
     options = {"motion": Motion.amplitude, "factor": Factor.part, "band": (24.0, 28.0)}
-    run = run_study(quick_front, tmp_path, {**BUDGET, **options})
+    run = run_study(load_study(STUDY), tmp_path, {**BUDGET, **options})
     assert PART_WARNING in capsys.readouterr().err
     record = json.loads((run / "run.json").read_text())
     assert record["facts"]["motion"] == "amplitude-dependent"
@@ -39,7 +41,9 @@ def test_part_with_amplitude_is_recorded_warned_of_and_checked(quick_front, tmp_
     assert 0.0 <= summary["held_preload_share"] < 0.05
     page = (run / "report.html").read_text(encoding="utf-8")
     assert "rides deeper into its stop and most of the benefit is lost" in page
-    assert "Uniqueness: load case g6_wot160" in page
+    assert "<p>Uniqueness: load case g6_wot160" in page
+    assert re.search(r"<p>U06[^<]*: [^<]*</p>\s*<p>Vehicles: U06-1", page)
+    assert re.search(r"<p>Of the lines and directions of today[^<]*</p>", page)
     assert "give one solution" in page
     assert "stiffness factor of a part" in page
     assert "amplitude-dependent motion" in page

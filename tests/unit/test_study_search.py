@@ -57,8 +57,8 @@ def test_several_searches_give_the_front_of_all():
 
 def test_a_verified_front_holds_its_picks_which_go_on_by_gradient():
     fronts = [
-        ThoroughSearchOptions(population=12, generations=5, polish=polish).verified(
-            ROBUST, seed=3, run=None, inputs=(), verified_with=64
+        ThoroughSearchOptions(population=12, generations=5, polish=polish, checks=64).verified(
+            ROBUST, seed=3, run=None, inputs=()
         )
         for polish in (False, True)
     ]
@@ -72,8 +72,8 @@ def test_a_verified_front_holds_its_picks_which_go_on_by_gradient():
 
 def test_searches_begin_with_given_designs():
     best = nsga2(ROBUST, 24, 20, seed=1).front.designs[:2]
-    options = ThoroughSearchOptions(population=12, generations=1, polish=False)
-    front = options.verified(ROBUST, seed=3, run=None, inputs=(), begin=best, verified_with=64)
+    options = ThoroughSearchOptions(population=12, generations=1, polish=False, checks=64)
+    front = options.verified(ROBUST, seed=3, run=None, inputs=(), begin=best)
     np.testing.assert_array_equal(front.search.evaluated.designs[:2], best)
     assert front.search.n_evaluated == 12
 

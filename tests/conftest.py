@@ -1,12 +1,19 @@
-"""What tests of every kind share: a finished run of the front study, and pictures in words."""
+"""What tests of every kind share: a finished run of the front study, and pictures in words.
+
+The suite prints its processor seconds and its slowest phases. A test that takes more than
+`MOST_SECONDS` fails unless it is marked slow: what a maintainer waits for stays short.
+"""
 
 import gc
+import os
+from collections import Counter
 from contextlib import contextmanager
 from copy import deepcopy
 from functools import cache
 from pathlib import Path
 
 import pytest
+from filelock import FileLock
 
 from browser_samples import Browser
 from deboom.files import platform
@@ -18,8 +25,96 @@ from deboom.vehicles import booming_model
 from pinned_pages import described
 
 STUDIES = Path(__file__).parents[1] / "studies"
+MOST_SECONDS = 5.0
+"""Of processor, for a test with its own fixtures; what several tests share is not counted [s]."""
+SERVICES = {"browser": "opens a browser", "postgres_server": "starts a PostgreSQL server"}
+"""Fixtures that make every test with them slow, and why."""
+SECONDS = pytest.StashKey[Counter]()
+"""Processor seconds by phase of a test, and of fixtures that several tests share."""
 # thousands of tests stay in memory, and every round of the garbage collector passes all of them
 gc.set_threshold(50_000, 20, 50)
+
+
+def processor_seconds():
+    """Return what this process has used, and its children that have ended [s]."""
+    return sum(os.times()[:4])
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_fixture_setup(fixturedef, request):
+    began, spent = processor_seconds(), request.node.config.stash.setdefault(SECONDS, Counter())
+    inside = spent["shared"]
+    try:
+        return (yield)
+    finally:
+        if fixturedef.scope != "function":  # what it asks for itself is part of it
+            spent["shared"] = inside + processor_seconds() - began
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_protocol(item, nextitem):
+    item.stash[SECONDS] = Counter(until=processor_seconds())
+    item.config.stash[SECONDS] = Counter()
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    report, now, spent = (yield), processor_seconds(), item.stash[SECONDS]
+    report.processor_seconds = now - spent["until"]
+    spent["until"] = now
+    spent["alone"] += report.processor_seconds - item.config.stash[SECONDS].pop("shared", 0.0)
+    slow = item.get_closest_marker("slow")
+    if report.passed and spent["alone"] > MOST_SECONDS and slow is None:
+        report.outcome = "failed"
+        report.longrepr = (
+            f"{item.nodeid} took {spent['alone']:.1f} s of processor, {MOST_SECONDS:g} s are "
+            "allowed: make it quicker, or mark it slow and state the reason"
+        )
+    return report
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    for item in items:
+        for fixture in SERVICES.keys() & set(item.fixturenames):
+            item.add_marker(pytest.mark.slow(SERVICES[fixture]))
+        for mark in item.iter_markers("slow"):
+            if len(mark.args) != 1 or not isinstance(mark.args[0], str):
+                raise pytest.UsageError(f"{item.nodeid}: state the reason, slow('opens a browser')")
+
+
+def pytest_terminal_summary(terminalreporter):
+    reports = [
+        report
+        for of_outcome in terminalreporter.stats.values()
+        for report in of_outcome
+        if hasattr(report, "processor_seconds")
+    ]
+    slowest = sorted(reports, key=lambda report: -report.processor_seconds)[:10]
+    terminalreporter.section(f"{processor_seconds():.0f} processor seconds, ten slowest phases")
+    for report in slowest:
+        seconds = f"{report.processor_seconds:6.1f} s"
+        terminalreporter.write_line(f"{seconds} {report.when:8} {report.nodeid}")
+
+
+@pytest.fixture(scope="session")
+def made_once(tmp_path_factory):
+    """Return a function that makes a folder once for all workers; nobody changes what is in it."""
+    top = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        top = top.parent
+
+    def made(name, make):
+        """Return the folder that ``make(folder)`` returned, to whichever worker called it."""
+        answer = top / f"{name}.path"
+        with FileLock(top / f"{name}.lock"):
+            if not answer.exists():
+                folder = make(top / name)
+                answer.write_text(os.fspath(folder), encoding="utf-8")
+        return Path(answer.read_text(encoding="utf-8"))
+
+    return made
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -98,9 +193,12 @@ def plain_loops(monkeypatch):
 
 
 @pytest.fixture(scope="session")
-def front_run(tmp_path_factory):
+def front_run(made_once):
     """Folder of a finished run of the front study on a tiny budget, which nobody changes."""
     budget = {"generations": 2, "population": 12, "samples": 16}
-    study = load_study(STUDIES / "u06_robust_front.py")
-    with pictures_described():
-        return run_study(study, tmp_path_factory.mktemp("results"), budget)
+
+    def run(out):
+        with pictures_described():
+            return run_study(load_study(STUDIES / "u06_robust_front.py"), out, budget)
+
+    return made_once("front", run)

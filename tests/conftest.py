@@ -7,7 +7,6 @@ The suite prints its processor seconds and its slowest phases. A test that takes
 import gc
 import os
 from collections import Counter
-from contextlib import contextmanager
 from copy import deepcopy
 from functools import cache
 from pathlib import Path
@@ -18,11 +17,11 @@ from filelock import FileLock
 from browser_samples import Browser
 from deboom.files import platform
 from deboom.mounts import characterise
-from deboom.report import Report, report
+from deboom.report import Report
 from deboom.runs import runner, second_process
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles import booming_model
-from pinned_pages import described
+from pinned_pages import pictures_described
 
 STUDIES = Path(__file__).parents[1] / "studies"
 MOST_SECONDS = 5.0
@@ -63,9 +62,10 @@ def pytest_runtest_makereport(item, call):
     report, now, spent = (yield), processor_seconds(), item.stash[SECONDS]
     report.processor_seconds = now - spent["until"]
     spent["until"] = now
+    before = spent["alone"]
     spent["alone"] += report.processor_seconds - item.config.stash[SECONDS].pop("shared", 0.0)
     slow = item.get_closest_marker("slow")
-    if report.passed and spent["alone"] > MOST_SECONDS and slow is None:
+    if report.passed and before <= MOST_SECONDS < spent["alone"] and slow is None:
         report.outcome = "failed"
         report.longrepr = (
             f"{item.nodeid} took {spent['alone']:.1f} s of processor, {MOST_SECONDS:g} s are "
@@ -85,17 +85,17 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_terminal_summary(terminalreporter):
-    reports = [
-        report
+    phases = [
+        phase
         for of_outcome in terminalreporter.stats.values()
-        for report in of_outcome
-        if hasattr(report, "processor_seconds")
+        for phase in of_outcome
+        if hasattr(phase, "processor_seconds")
     ]
-    slowest = sorted(reports, key=lambda report: -report.processor_seconds)[:10]
+    slowest = sorted(phases, key=lambda phase: -phase.processor_seconds)[:10]
     terminalreporter.section(f"{processor_seconds():.0f} processor seconds, ten slowest phases")
-    for report in slowest:
-        seconds = f"{report.processor_seconds:6.1f} s"
-        terminalreporter.write_line(f"{seconds} {report.when:8} {report.nodeid}")
+    for phase in slowest:
+        seconds = f"{phase.processor_seconds:6.1f} s"
+        terminalreporter.write_line(f"{seconds} {phase.when:8} {phase.nodeid}")
 
 
 @pytest.fixture(scope="session")
@@ -163,17 +163,6 @@ def few_chains():
 def described_pictures():
     """See `pictures_described`."""
     with pictures_described():
-        yield
-
-
-@contextmanager
-def pictures_described():
-    """Build pictures and keep what they show as words and numbers; drawing takes far longer.
-
-    That the same numbers give the same bytes is the business of the tests of `deboom.plot`.
-    """
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(report, "as_png", described)
         yield
 
 

@@ -9,7 +9,7 @@ import json
 import os
 import re
 from collections import defaultdict
-from contextlib import redirect_stderr
+from contextlib import contextmanager, redirect_stderr
 from html import unescape
 from io import BytesIO, StringIO
 from itertools import zip_longest
@@ -25,10 +25,12 @@ from PIL import Image
 
 from deboom import progress
 from deboom.plot import style
+from deboom.report import Report, report
 from deboom.runs.runner import run_study
 
 PICTURE = b"\x89PNG\r\n\x1a\n" + bytes(8) + b"\0\0\0\1\0\0\0\1"
 """Begin of a PNG of one dot, behind which stands what a picture shows."""
+FIGURE = Report.figure
 STEPS = "progress.txt"  # beside the runs of a study
 PAGES = Path(__file__).parent / "golden" / "pages"
 LOOKS = (
@@ -81,6 +83,18 @@ PASSING = re.compile(
     re.MULTILINE,
 )
 """Seconds, dates, hashes and paths, which differ from run to run; and what is not determined."""
+
+
+@contextmanager
+def pictures_described():
+    """Build pictures and keep what they show as words and numbers; drawing takes far longer.
+
+    That the same numbers give the same bytes is the business of the tests of `deboom.plot`.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report, "as_png", described)
+        patch.setattr(Report, "figure", FIGURE)
+        yield
 
 
 def run_aloud(study, out, options):

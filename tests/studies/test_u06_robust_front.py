@@ -18,7 +18,7 @@ from deboom.runs.rebuilt import rebuilt_model
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import LIBRARY_FILE, MountSource
-from pinned_pages import hold, run_aloud
+from pinned_pages import hold, pictures_described, run_aloud
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
 PLATFORM = STUDY.parent / "data" / "u06_f39_f45"
@@ -34,12 +34,18 @@ def _four_designs(robust, **_):
     return robust(np.linspace(space.nominal, space.lower + 0.7 * (space.upper - space.lower), 4))
 
 
-def test_a_front_shows_what_it_showed(tmp_path, described_pictures, monkeypatch):
-    # descents to almost equal designs would order a front by the processor's rounding
-    monkeypatch.setattr(selection._Goal, "descend", lambda _goal, _name, start: start)
-    monkeypatch.setattr(search_module, "converged_front", _four_designs)
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
     options = {**BUDGET, "population": 12, "polish": True}
-    hold(run_aloud(load_study(STUDY), tmp_path, options), "u06_robust_front")
+    with pytest.MonkeyPatch.context() as patch, pictures_described():
+        # descents to almost equal designs would order a front by the processor's rounding
+        patch.setattr(selection._Goal, "descend", lambda _goal, _name, start: start)
+        patch.setattr(search_module, "converged_front", _four_designs)
+        return run_aloud(load_study(STUDY), tmp_path_factory.mktemp("results"), options)
+
+
+def test_a_front_shows_what_it_showed(finished):
+    hold(finished, "u06_robust_front")
 
 
 def test_coupled_motion_is_at_least_as_good_as_the_prescribed_optimum(front_run):

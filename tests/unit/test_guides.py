@@ -37,7 +37,7 @@ from deboom.tabled import MOST_ROWS
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "docs" / "guides" / "your-own-platform.md"
 pytestmark = pytest.mark.usefixtures("no_pictures", "few_chains")
-SMALLER = "--generations 2 --population 8 --samples 4 --no-polish --checks 64".split()
+SMALLER = "--generations 2 --population 8 --samples 4 --no-polish --checks 64"
 
 
 def script(name):
@@ -85,7 +85,7 @@ def test_the_guide_leads_from_an_empty_folder_to_a_front(tmp_path, monkeypatch):
             if "u06_robust_front" not in line:
                 continue
             study, options = ROOT / arguments[1], arguments[2:]
-            arguments = ["run", str(study), *options, *SMALLER]
+            arguments = ["run", str(study), *options, *shlex.split(SMALLER)]
         result = call(*arguments, code=next(codes))
         said.append((result.stdout, result.stderr))
     assert len(said) == 4

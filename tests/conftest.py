@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from filelock import FileLock
+from numba.core.event import Listener, register
 
 from browser_samples import Browser
 from deboom.files import platform
@@ -26,10 +27,14 @@ from pinned_pages import pictures_described
 STUDIES = Path(__file__).parents[1] / "studies"
 MOST_SECONDS = 5.0
 """Of processor, for a test with its own fixtures; what several tests share is not counted [s]."""
-SERVICES = {"browser": "opens a browser", "postgres_server": "starts a PostgreSQL server"}
+SERVICES = {
+    "browser": "opens a browser",
+    "cluster": "starts a cluster of Dask",
+    "postgres_server": "starts a PostgreSQL server",
+}
 """Fixtures that make every test with them slow, and why."""
 SECONDS = pytest.StashKey[Counter]()
-"""Processor seconds by phase of a test, and of fixtures that several tests share."""
+"""Processor seconds of a test: when its last phase ended, and its own ones until then."""
 # thousands of tests stay in memory, and every round of the garbage collector passes all of them
 gc.set_threshold(50_000, 20, 50)
 
@@ -39,21 +44,43 @@ def processor_seconds():
     return sum(os.times()[:4])
 
 
+class SharedSeconds(Listener):
+    """Time of a phase that no test answers for: fixtures of several tests, and compiled loops."""
+
+    seconds, depth, began = 0.0, 0, 0.0
+
+    def on_start(self, _event=None):
+        """Begin, unless something shared around it has."""
+        if self.depth == 0:
+            self.began = processor_seconds()
+        self.depth += 1
+
+    def on_end(self, _event=None):
+        """Count what ends, with all that was inside."""
+        self.depth -= 1
+        if self.depth == 0:
+            self.seconds += processor_seconds() - self.began
+
+
+SHARED = SharedSeconds()
+register("numba:compile", SHARED)  # once for a machine: the loops stay on disk
+
+
 @pytest.hookimpl(wrapper=True)
-def pytest_fixture_setup(fixturedef, request):
-    began, spent = processor_seconds(), request.node.config.stash.setdefault(SECONDS, Counter())
-    inside = spent["shared"]
+def pytest_fixture_setup(fixturedef):
+    if fixturedef.scope == "function":
+        return (yield)
+    SHARED.on_start()
     try:
         return (yield)
     finally:
-        if fixturedef.scope != "function":  # what it asks for itself is part of it
-            spent["shared"] = inside + processor_seconds() - began
+        SHARED.on_end()
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_protocol(item, nextitem):
     item.stash[SECONDS] = Counter(until=processor_seconds())
-    item.config.stash[SECONDS] = Counter()
+    SHARED.seconds = 0.0
     return (yield)
 
 
@@ -63,7 +90,8 @@ def pytest_runtest_makereport(item, call):
     report.processor_seconds = now - spent["until"]
     spent["until"] = now
     before = spent["alone"]
-    spent["alone"] += report.processor_seconds - item.config.stash[SECONDS].pop("shared", 0.0)
+    spent["alone"] += report.processor_seconds - SHARED.seconds
+    SHARED.seconds = 0.0
     slow = item.get_closest_marker("slow")
     if report.passed and before <= MOST_SECONDS < spent["alone"] and slow is None:
         report.outcome = "failed"

@@ -11,6 +11,7 @@ from deboom.errors import InputError
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.limits import NaturalFrequencies
+from pinned_pages import hold_numbers
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
 LIMITS = STUDY.parent / "data" / "u06_limits.toml"
@@ -33,6 +34,7 @@ def test_every_pick_keeps_every_limit_and_what_does_not_is_listed(tmp_path):
     # descents within limits have their own tests; each of their designs costs static equilibria
     wanted = {"limits": LIMITS, "loss_factors": True, "polish": False}
     finished = run(tmp_path, **wanted, **band)
+    hold_numbers(finished, "numbers_of_limits_and_losses")
     summary = json.loads((finished / "summary.json").read_text())
     table = pd.read_csv(finished / "limits.csv")
     low, high = table["at least"].fillna(-np.inf), table["at most"].fillna(np.inf)
@@ -113,7 +115,9 @@ def test_vehicles_have_weights_limits_of_levels_and_objectives_of_their_own(tmp_
     """Means are averages with the weights, and no vehicle of a pick is louder than today."""
     path = limits_of(tmp_path, '[[level]]\nat_most_db = "today"\n')
     small = {"band": (30.0, 36.0), "motion": Motion.prescribed, "weight": ["U06-5=3"]}
+    small["polish"] = False
     finished = run(tmp_path, limits=path, also=["mean=U06-5"], **small)
+    hold_numbers(finished, "numbers_of_weights_and_further_objectives")
     levels = pd.read_csv(finished / "level_limits.csv").set_index("number")
     assert len(levels) == 5
     picks = pd.read_csv(finished / "picks.csv").set_index("design")

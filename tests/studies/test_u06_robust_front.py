@@ -18,7 +18,7 @@ from deboom.runs.rebuilt import rebuilt_model
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import LIBRARY_FILE, MountSource
-from pinned_pages import hold, pictures_described, run_aloud
+from pinned_pages import hold, hold_numbers, pictures_described, run_aloud
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
 PLATFORM = STUDY.parent / "data" / "u06_f39_f45"
@@ -136,20 +136,24 @@ def test_the_model_of_a_run_is_built_again_without_a_search(front_run):
 
 
 @pytest.mark.parametrize(
-    ("changes", "objectives"),
+    ("changes", "name", "objectives"),
     [
         (
             {"load_case": ["g5_wot120=1", "g6_wot220=0.5"], "nominal_mean": True},
+            "numbers_of_load_cases_at_nominal",
             "Two objectives, both as small as possible: the sum over the vehicles of the mean SPLV",
         ),
         (
             {"group": ["F39"], "tolerance": 0.45, "objective": Aim.tail, "control_variate": True},
+            "numbers_of_the_worst_parts",
             "The search minimised mean of the worst 5 %, sum and sigma, sum; picks are those",
         ),
     ],
+    ids=["nominal", "worst parts"],
 )
-def test_options_change_what_is_asked(tmp_path, changes, objectives):
+def test_options_change_what_is_asked(tmp_path, changes, name, objectives):
     folder = run(tmp_path, **changes, samples=32, generations=1, band=(30.0, 35.0))
+    hold_numbers(folder, name)
     assert json.loads((folder / "summary.json").read_text())["n_evaluated"] == 8
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert objectives in page

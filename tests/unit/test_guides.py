@@ -339,6 +339,7 @@ def lines_of(block):
     return [line for line in block.splitlines() if line and "import" not in line]
 
 
+@pytest.mark.slow("runs every block of the guide with its own budgets")
 def test_tasks_of_a_pymoo_user_run_in_their_lines(tmp_path, monkeypatch):
     """Every block of the guide runs, and none has more lines than its user accepts."""
     distributed = pytest.importorskip("distributed")

@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 SCRIPTS = sorted((ROOT / "benchmarks").rglob("*.py"))
 IMPORT_ALL = """
@@ -21,6 +23,7 @@ for script in scripts:
 """
 
 
+@pytest.mark.slow("imports all scripts in a process of its own")
 def test_every_script_and_every_claim_imports_what_it_needs():
     words = [str(path) for path in (ROOT / "benchmarks", ROOT / "tests", *SCRIPTS)]
     done = subprocess.run(

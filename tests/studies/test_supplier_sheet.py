@@ -613,6 +613,9 @@ def test_an_older_sheet_marks_what_moved(
     again = report(front_run, "--mount", "TSM", "--out", tmp_path, code=2)
     assert "a sheet that was issued is not overwritten" in again.stderr
     assert (tmp_path / "supplier_sheet_TSM.xlsx").read_bytes() == issued
+
+
+def test_an_older_sheet_of_another_mount_or_of_none_is_refused(front_run, anonymous, tmp_path):
     wrong = report(front_run, "--mount", "Du", "--since", anonymous[1], "--out", tmp_path, code=2)
     assert "that sheet is of mount TSM" in wrong.stderr
     assert "say --mount" in report(front_run, "--since", anonymous[1], code=2).stderr

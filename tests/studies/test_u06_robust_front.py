@@ -204,9 +204,9 @@ def test_tolerances_may_be_variables_too(tmp_path):
     assert "At no higher price than today" in page
 
 
-def test_the_answer_is_two_pages_of_paper(front_run, browser, tmp_path):
+def test_the_answer_is_two_pages_of_paper(finished, browser, tmp_path):
     """What stands behind the answer begins on a page of its own, and is left out here."""
-    page = (front_run / "report.html").read_text(encoding="utf-8")
+    page = (finished / "report.html").read_text(encoding="utf-8")
     assert 'class="behind"' in page
     hidden = "<style>.behind, .behind ~ *, footer { display: none !important; }</style></head>"
     answer = tmp_path / "answer.html"

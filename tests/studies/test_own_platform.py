@@ -37,7 +37,7 @@ def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(folder, monk
     assert "4, 12 variables" in summary
     assert "3 in group family" in summary
     assert "161 lines in 40 to 120 Hz: 1200 to 3600 rpm of order 2" in summary
-    budget = ("--generations", "2", "--population", "8", "--samples", "8", "--no-polish")
+    budget = ("--generations", "1", "--population", "6", "--samples", "8", "--no-polish")
     budget += ("--band", "60", "70", "--checks", "64")
     options = ("--platform", folder, "--mounts", "spectra", "--out", tmp_path)
     run = Path(call("run", "u06_robust_front", *options, *budget).stdout.splitlines()[-1])

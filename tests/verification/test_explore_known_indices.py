@@ -321,7 +321,7 @@ def test_variables_correlate_with_a_line_by_their_share_of_its_slope():
     model = deboom.ResponseFunction(
         lambda x: np.c_[2.0 * x[:, 0] - x[:, 1], x[:, 2]], tuple("abc"), ("line", "c alone"), "1"
     )
-    rows = deboom.doe(model, model.design_space(), n=4096)
+    rows = deboom.doe(model, model.design_space(), n=1024)
     correlated = deboom.correlation(rows, inputs=True, resamples=100)
     expected = {"a": 2.0 / np.sqrt(5.0), "b": -1.0 / np.sqrt(5.0), "c": 0.0, "line": 1.0}
     assert list(correlated.matrix.index) == [*"abc", "line", "c alone"]

@@ -67,8 +67,8 @@ def run(model, options, context=None):
     report = Report("Springs", "Which?")
     report.tile(str(len(search.front)), "designs found")
     report.section("Front")
-    report.table("front", pd.DataFrame(sums))
-    report.table("designs", pd.DataFrame(search.front.designs, columns=columns))
+    designs = dict(zip(columns, search.front.designs.T, strict=True))
+    report.table("front", pd.DataFrame(sums | designs))
     report.table("convergence", pd.DataFrame({"hypervolume [1]": search.hypervolume}))
     report.summary["n_front"] = len(search.front)
     report.facts["verification_draws"] = 1024
@@ -203,7 +203,7 @@ def copied(run, folder):
     ("damage", "words"),
     [
         (lambda run: (run / "front.csv").unlink(), "front.csv is missing"),
-        (lambda run: (run / "designs.csv").write_text("point\n1\n"), "designs.csv has been edited"),
+        (lambda run: (run / "front.csv").write_text("a\n1\n"), "front.csv has been edited"),
         (lambda run: (run / "run.json").write_text("{"), "damaged"),
         (lambda run: (run / "run.json").unlink(), "no run folder"),
     ],

@@ -59,7 +59,6 @@ from deboom.plot import CurvePanel
 from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.runs.options import CubicPieces, MountSet, Seed, SelfCalibration
-from deboom.runs.result import RunContext
 
 SHOWN_POINTS = 2000
 """Of a panel; more hide each other."""
@@ -99,9 +98,8 @@ def prepare(options: Options) -> CharacteriseOptions:
     )
 
 
-def run(how: CharacteriseOptions, options: Options, context: RunContext | None = None) -> Report:
+def run(how: CharacteriseOptions, options: Options) -> Report:
     """Measure or read a campaign, characterise, compare and report."""
-    del context  # nothing here is long enough to be resumed
     with progress_bar("mount characterisation") as progress:
         if options.campaign is not None:
             bench = characterise_given(options.campaign, options.mount_set, how, progress)

@@ -61,7 +61,6 @@ from deboom.plot import CurvePanel
 from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.runs.options import CubicPieces, MountSet, Seed, SelfCalibration
-from deboom.runs.result import RunContext
 from deboom.vehicles.powertrain import library_model
 
 if TYPE_CHECKING:
@@ -114,9 +113,8 @@ def prepare(options: Options) -> CharacteriseOptions:
     )
 
 
-def run(how: CharacteriseOptions, options: Options, context: RunContext | None = None) -> Report:
+def run(how: CharacteriseOptions, options: Options) -> Report:
     """Measure both engines or read the second one, predict its forces and report."""
-    del context  # nothing here is long enough to be resumed
     report = Report(
         "Another engine on mounts of the library",
         "Do mounts that were characterised under one engine predict the measured forces of "

@@ -4,7 +4,7 @@ Accelerometers on the powertrain and force cells under its mounts, in 27 runs wi
 gears 5 to 7, give operating dynamic stiffness, response surfaces and an error budget. Without
 --campaign the virtual test bench first measures a campaign. Its truth is used only for comparison.
 
-The study second_engine tests whether these mounts predict the forces of another engine.
+The example plot_second_engine tests whether these mounts predict the forces of another engine.
 
 What it showed on six virtual benches: x and z are identified, with a true error of at most 2.1 %
 rms (median bench). The y stiffnesses of the three powertrain mounts are not, because a misalignment

@@ -13,6 +13,7 @@ from deboom.errors import InputError
 from deboom.files.front_run import ComparedRun
 from deboom.files.run_folder import RunEntry
 from deboom.pages.comparison import configuration_names
+from deboom.runs.overview import refresh_overview
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold
@@ -259,8 +260,8 @@ def test_a_script_of_another_model_is_refused(pair, studies, judged, tmp_path, o
 
 
 def test_list_show_and_the_page_of_all_runs(pair, compared, results, tmp_path):
-    listed = call("list", results, "--html")
-    told = ("five springs", "seed 2", pair[0].name, "(designs found)", "not decided", "index.html")
+    listed = call("list", results)
+    told = ("five springs", "seed 2", pair[0].name, "(designs found)", "not decided")
     for words in told:
         assert words in listed.output
     page = (results / "index.html").read_text(encoding="utf-8")
@@ -275,6 +276,7 @@ def test_list_show_and_the_page_of_all_runs(pair, compared, results, tmp_path):
     assert "front.csv has been edited" in call("show", edited).output
     (edited.parent / "broken").mkdir()
     (edited.parent / "broken" / "run.json").write_text("{")
-    assert "damaged" in call("list", tmp_path, "--html").output
-    assert "damaged" in (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert "damaged" in call("list", tmp_path).output
+    assert "damaged" in refresh_overview(tmp_path).read_text(encoding="utf-8")
+    assert "`deboom serve" in call("list", tmp_path, "--html", code=2).stderr
     assert len(call("compare", pair[0], code=2).stderr.strip().splitlines()) == 1

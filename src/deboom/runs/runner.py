@@ -67,6 +67,11 @@ BLAS_THREADS = 1
 """Threads of linear algebra in a run: sums in another order would change last bits."""
 SHOWN_TILES = 4
 """Headline numbers of a run without a verdict, at its end."""
+MOVED = {
+    "second_engine": "this study is an example now, examples/mounts/plot_second_engine.py: "
+    "deboom.mounts.surface_forces.predicted_forces predicts the forces"
+}
+"""Studies of 0.3.0 that are none any more, and where they are."""
 SEED_WITHOUT_DRAWS = 1
 """Seed in the name and record of a run whose study draws nothing."""
 SHORT_HASH = 12
@@ -95,6 +100,8 @@ def find_study(wanted: str | Path, folder: Path | None = None) -> Path:
     names = [file.stem for file in files]
     if str(wanted) in names:
         return files[names.index(str(wanted))]
+    if path.stem in MOVED:
+        raise InputError(f"{wanted}: {MOVED[path.stem]}")
     near = difflib.get_close_matches(path.stem, names, n=1)
     hint = f"; did you mean {near[0]}?" if near else ""
     raise InputError(f"{wanted}: there is no such study; `deboom studies` lists them{hint}")

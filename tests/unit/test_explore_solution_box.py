@@ -8,7 +8,14 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore import largest_box
-from deboom.explore.box import Box, BoxQuestion, lower_bound, smooth_share, verified_share
+from deboom.explore.box import (
+    Box,
+    BoxQuestion,
+    bernstein_gap,
+    lower_bound,
+    smooth_share,
+    verified_share,
+)
 from deboom.explore.space import ResponseFunction, sobol_points
 from samples.known_boxes import LinearProblem, QuadraticProblem
 from samples.known_truth import quad2
@@ -228,3 +235,7 @@ def test_resizing_moves_no_end_that_is_a_bound():
     grown = largest_box.resized(question, box, 0.2)
     assert grown.lower.tolist() == pytest.approx([0.0, 0.35, 0.0])
     assert grown.upper.tolist() == pytest.approx([1.1, 2.0, 2.0])
+
+
+def test_bernsteins_bound_of_equal_shares():
+    assert bernstein_gap(0.0, 10, 0.95) == pytest.approx(7 * np.log(40) / 27, rel=1e-14)

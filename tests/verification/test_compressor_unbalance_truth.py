@@ -466,3 +466,13 @@ def test_a_model_with_the_hyperbola_moves_as_the_bench_does():
     np.testing.assert_array_equal(written["stiffness_at_virtual_point"], mounts.stiffness)
     real, imaginary = (HyperbolicAmplitude(*written[of].values()) for of in ("real", "imaginary"))
     assert (real, imaginary) == (mounts.real, mounts.imaginary)
+
+
+def test_the_more_certain_of_y_and_z_has_the_larger_weight():
+    """Inverse variances at each line, where both have intervals of their own."""
+    sweep = as_struck().chosen.sweeps[0]
+    for curve in (sweep.static, sweep.dynamic):
+        of_y, of_z = curve.from_y.half**2, curve.from_z.half**2
+        assert np.max(np.abs(np.log(of_y / of_z))) > 0.1
+        expected = (of_z * curve.from_y.value + of_y * curve.from_z.value) / (of_y + of_z)
+        np.testing.assert_allclose(curve.both.value, expected, rtol=1e-9)

@@ -8,7 +8,14 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore import largest_box
-from deboom.explore.box import Box, BoxQuestion, lower_bound, smooth_share, verified_share
+from deboom.explore.box import (
+    Box,
+    BoxQuestion,
+    bernstein_gap,
+    lower_bound,
+    smooth_share,
+    verified_share,
+)
 from deboom.explore.space import ResponseFunction, sobol_points
 from samples.known_boxes import LinearProblem, QuadraticProblem
 from samples.known_truth import quad2
@@ -205,8 +212,9 @@ def test_a_part_that_cannot_be_computed_keeps_no_limit():
 def test_peers_keep_the_share_at_their_limit():
     question = bowls()
     about = largest_box.tolerance_box(question.names, np.ones(2), 0.15)
-    raised = question.lowered(-largest_box.kept_offset(question, about, seed=1))
     unit = sobol_points(2, 65536, seed=1, purpose="kept limit")
+    excess = question.excess(about.at(unit))
+    raised = question.lowered(-np.quantile(excess, question.share, method="higher"))
     assert raised.share_of(about, unit) == pytest.approx(0.9, abs=2e-4)
     box = largest_box.largest_box(raised, seed=1, points=[np.ones(2)], effort=QUICK)
     assert box.box.width.prod() > 1.1 * about.width.prod()
@@ -227,3 +235,7 @@ def test_resizing_moves_no_end_that_is_a_bound():
     grown = largest_box.resized(question, box, 0.2)
     assert grown.lower.tolist() == pytest.approx([0.0, 0.35, 0.0])
     assert grown.upper.tolist() == pytest.approx([1.1, 2.0, 2.0])
+
+
+def test_bernsteins_bound_of_equal_shares():
+    assert bernstein_gap(0.0, 10, 0.95) == pytest.approx(7 * np.log(40) / 27, rel=1e-14)

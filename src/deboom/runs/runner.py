@@ -2,10 +2,11 @@
 
 A study is a file with a docstring, whose first paragraph is its question, and three names:
 
-- ``Options``: a frozen dataclass with a default for everything and a field ``seed``, or a class
-  variable ``seed`` where nothing is drawn; a path that the user must name is an ``Argument``;
+- ``Options``: a frozen dataclass with a default for everything but a path that the user must name,
+  which is an ``Argument``; a field ``seed`` where anything is drawn;
 - ``prepare(options)``: reads files and builds the model, without running anything long;
-- ``run(model, options, context)``: computes, and returns a `deboom.report.Report`.
+- ``run(model, options)``: computes, and returns a `deboom.report.Report`. A third parameter,
+  ``context``, gets the `deboom.runs.result.RunContext`, where a search is kept to go on with.
 
 A docstring that is a command's help first says what the command does; the file's ``QUESTION`` is
 the question then.
@@ -66,6 +67,13 @@ BLAS_THREADS = 1
 """Threads of linear algebra in a run: sums in another order would change last bits."""
 SHOWN_TILES = 4
 """Headline numbers of a run without a verdict, at its end."""
+MOVED = {
+    "second_engine": "this study is an example now, examples/mounts/plot_second_engine.py: "
+    "deboom.mounts.surface_forces.predicted_forces predicts the forces"
+}
+"""Studies of 0.3.0 that are none any more, and where they are."""
+SEED_WITHOUT_DRAWS = 1
+"""Seed in the name and record of a run whose study draws nothing."""
 SHORT_HASH = 12
 """Digits of a hash in a sentence."""
 
@@ -92,6 +100,8 @@ def find_study(wanted: str | Path, folder: Path | None = None) -> Path:
     names = [file.stem for file in files]
     if str(wanted) in names:
         return files[names.index(str(wanted))]
+    if path.stem in MOVED:
+        raise InputError(f"{wanted}: {MOVED[path.stem]}")
     near = difflib.get_close_matches(path.stem, names, n=1)
     hint = f"; did you mean {near[0]}?" if near else ""
     raise InputError(f"{wanted}: there is no such study; `deboom studies` lists them{hint}")
@@ -153,13 +163,7 @@ class Study:
 
         A path that the user must name has no default.
         """
-        options = expanded(self.module.Options())
-        return {
-            name: parameter.replace(default=parameter.empty)
-            if is_positional(parameter)
-            else parameter
-            for name, parameter in options.items()
-        }
+        return expanded(self.module.Options)
 
     @property
     def positional(self) -> list[str]:
@@ -186,19 +190,21 @@ class Study:
 
         - raises InputError: options that exclude each other.
         """
-        options = expanded(filled(self.module.Options(), arguments))
+        options = expanded(filled(self.module.Options, arguments))
         return {name: option.default for name, option in options.items()}
 
     def model(self, arguments: Mapping[str, Any]) -> Any:
         """Build the model for these options, without a run."""
-        return self.module.prepare(filled(self.module.Options(), arguments))
+        return self.module.prepare(filled(self.module.Options, arguments))
 
     def report(self, arguments: Mapping[str, Any], context: RunContext | None = None) -> Report:
         """Run the study with these options; the others have their defaults."""
-        options = filled(self.module.Options(), arguments)
-        report = self.module.run(self.module.prepare(options), options, context)
+        options = filled(self.module.Options, arguments)
+        run = self.module.run
+        further = (context,) if len(inspect.signature(run).parameters) > 2 else ()
+        report = run(self.module.prepare(options), options, *further)
         if not isinstance(report, Report):
-            raise InputError(f"{self.path}: run(model, options, context) returns no Report")
+            raise InputError(f"{self.path}: run(model, options) returns no Report")
         return report
 
 
@@ -206,7 +212,7 @@ def load_study(study: str | Path) -> Study:
     """Import a study by its path or name.
 
     - raises InputError: the file is missing, has no docstring, lacks ``Options``, ``prepare`` or
-      ``run``, or has options without a default or without a seed.
+      ``run``, or has options without a default.
     """
     path = find_study(study)
     question = question_of(path)
@@ -214,18 +220,22 @@ def load_study(study: str | Path) -> Study:
     missing = [n for n in ("Options", "prepare", "run") if not hasattr(module, n)]
     if missing:
         raise InputError(
-            f"{path}: a study has a class Options, prepare(options) and run(model, options, "
-            f"context); there is no {missing[0]}"
+            f"{path}: a study has a class Options, prepare(options) and run(model, options); "
+            f"there is no {missing[0]}"
         )
     if not is_dataclass(module.Options):
         raise InputError(f"{path}: Options is a frozen dataclass; write @dataclass(frozen=True)")
+    loaded = Study(path, question, module)
     try:
-        Study(path, question, module).parameters  # noqa: B018 - every option is read
+        options = loaded.parameters
     except (TypeError, NameError) as error:
         raise InputError(f"{path}: every option has a default and a type: {error}") from None
-    if not hasattr(module.Options, "seed"):
-        raise InputError(f"{path}: Options has no seed; write `seed: int = 1`")
-    return Study(path, question, module)
+    for name, option in options.items():
+        if option.default is option.empty and not is_positional(option):
+            raise InputError(
+                f"{path}: option {name} has no default: give it one, or make it an Argument"
+            )
+    return loaded
 
 
 def _module(path: Path) -> ModuleType:
@@ -311,9 +321,10 @@ def resume_study(
     record = _record(study, arguments)
     changes = _changes_of_code(entry, record)
     if changes and not other_code:
+        version = entry.record["environment"]["packages"].get("deboom", "unknown")
         raise InputError(
-            f"run {entry.name} was started with {changes[0]}: go back to the former, start a new "
-            "run, or insist with --other-code"
+            f"run {entry.name} was started with {changes[0]}: resume it with the versions that "
+            f"wrote it (deboom {version}), start a new run, or insist with --other-code"
         )
     if changes:
         record["begun_with"] = changes
@@ -382,7 +393,7 @@ def _record(study: Study, arguments: Mapping[str, Any]) -> dict[str, Any]:
         record |= {"command": study.command(arguments), "positional": paths}
     return {
         **record,
-        "seed": arguments.get("seed", study.module.Options.seed),
+        "seed": arguments.get("seed", SEED_WITHOUT_DRAWS),
         "arguments": {
             name: _recorded(value)
             for name, value in arguments.items()

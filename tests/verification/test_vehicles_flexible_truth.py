@@ -221,7 +221,7 @@ def car(loss, stiff=0.0, skew=0.0):
 
 @pytest.mark.parametrize("skew", [0.0, 0.9, -0.9])
 def test_a_body_gives_at_most_half_of_the_energy_that_it_takes(skew):
-    """Two paths of loss 1, coupled by c: powers 1 + c and 1 - c, whatever differs there and back."""
+    """Two paths of loss 1, coupled by c: powers 1 + c and 1 - c, whatever is not reciprocal."""
     car([[[1.0, 2.9], [2.9, 1.0]]], stiff=10.0, skew=skew)
     with pytest.raises(InputError, match="v: its receptance gives 51 % of the energy that it"):
         car([[[1.0, 3.1], [3.1, 1.0]]], stiff=10.0, skew=skew)

@@ -266,6 +266,12 @@ def test_the_noise_of_a_difference_by_hand():
     assert "3 seeds of each" in difference(first, pair).text
 
 
+def test_the_last_gain_is_that_of_the_last_fifth_of_the_generations():
+    assert last_gain(np.arange(10.0) ** 2) == 9.0**2 - 7.0**2
+    assert last_gain(np.arange(100.0)) == 20.0
+    assert np.isnan(last_gain(np.array([1.0])))
+
+
 def rows(*objectives):
     """Values with the objectives given as (mean_sum, sigma_sum); None is a failed design."""
     failed = np.array([pair is None for pair in objectives])

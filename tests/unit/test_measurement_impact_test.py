@@ -96,6 +96,12 @@ def test_a_hit_beside_a_good_one(force, changes, words):
     assert re.search(words, " ".join(judged.reasons))
 
 
+def test_a_push_that_rises_before_its_trigger_is_no_noise():
+    """A trigger level is crossed on the rise: here 12 ms after its begin, of 62 ms before it."""
+    soft = push(-0.012, duration=0.02)
+    assert all(record.reasons == () for record in check_hits(hits([soft, soft])))
+
+
 def test_a_push_before_its_trigger_says_that_the_pretrigger_is_wrong():
     (judged,) = check_hits(hits([push()], pretrigger=0.4))
     (reason,) = judged.reasons

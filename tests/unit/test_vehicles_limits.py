@@ -135,6 +135,15 @@ def test_sag_is_the_share_of_the_weight_over_the_stiffness():
     assert sag.response_names == ("E sag", "G sag", "S sag")
 
 
+def test_a_mount_sinks_downwards_however_it_stands():
+    """Springs alike along all three axes are the same springs in any position."""
+    turned = tuple(replace(mount, rotations=((0.3, -0.5, 0.4),)) for mount in MOUNTS)
+    upright = model()
+    sag = of(WeightSag(KinematicModel(turned, upright.curves), POWERTRAIN, ("E", "G")))
+    expected = 1e3 * 200.0 * GRAVITY / 2 / 1e5
+    np.testing.assert_allclose(sag(np.ones((1, 9))), [[expected] * 2], rtol=1e-9)
+
+
 def test_travel_at_nominal_is_that_of_the_kinematic_model():
     modelled = model(cubic=5e9)
     travel = of(TorqueTravel(modelled, 900.0, modelled.names))

@@ -72,6 +72,11 @@ def test_the_mean_level_is_splv_over_the_lines(index):
     assert mean(rows) == pytest.approx(index(rows) / 161, rel=1e-14)
     assert mean.gradient(rows) == pytest.approx(differences(mean, rows), abs=1e-5)
     assert mean.response_unit == "dB(A)"
+    levels, pull_back = mean.linearised(rows)
+    assert levels == pytest.approx(mean(rows), rel=1e-12)
+    weights = np.random.default_rng(4).random((2, *levels.shape))
+    expected = np.einsum("onv,nvk->onk", weights, mean.gradient(rows))
+    assert pull_back(weights) == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
 def test_scatter_adds_its_mean_energy_to_each_line(index):

@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import BLOCK, blocks
 from deboom.errors import InputError
 from deboom.files.disk import LARGEST_MEMORY, MEBIBYTE, refuse_announced
 
@@ -45,8 +46,6 @@ MOST_CHANNELS = 100_000
 """Channels of a file that is read."""
 LARGEST_CHUNK = 256 * MEBIBYTE
 """Largest piece of an HDF5 data set that is stored, and unpacked, at once [bytes]."""
-_BLOCK = 2**20
-"""Numbers that are converted and written at once."""
 
 _Blocks = Callable[[], Iterable[npt.NDArray[Any]]]
 
@@ -94,9 +93,8 @@ def _write(arrays: Sequence[_Array]) -> None:
             np.lib.format.write_array_header_1_0(file, header)
             n = 0
             for block in array.blocks():
-                for start in range(0, block.size, _BLOCK):
-                    part = block[start : start + _BLOCK]
-                    file.write(np.ascontiguousarray(part, dtype=array.kind).data)
+                for part in blocks(block.size):
+                    file.write(np.ascontiguousarray(block[part], dtype=array.kind).data)
                 n += block.size
         if n != math.prod(array.shape):
             raise ValueError(f"{n} of {array.shape} numbers are there")
@@ -142,10 +140,11 @@ _POLYNOMIAL = 6
 
 @contextmanager
 def _mdf(path: Path) -> Iterator[_Channels]:
-    if path.suffix.lower() in (".mf4z", ".zip"):  # what such a name has is unpacked, whatever it is
-        raise InputError("an MDF file is named .mf4 or .mdf: rename it")
     asammdf = importlib.import_module("asammdf")
-    with asammdf.MDF(path, process_bus_logging=False, use_display_names=False) as file:
+    with (
+        path.open("rb") as source,  # given a path, the library would map and copy whole blocks
+        asammdf.MDF(source, process_bus_logging=False, use_display_names=False) as file,
+    ):
         version = "4" if file.version >= "4" else "3"
         # the library runs formulas of the file as Python: it gets no conversion to apply
         conversions: dict[tuple[int, int], Any] = {}
@@ -178,7 +177,14 @@ def _of_mdf(
     shape = (max(group.channel_group.cycles_nr, 0),)
 
     def values() -> Iterator[npt.NDArray[Any]]:
-        raw, invalid = file.get(group=number, index=index, raw=True, samples_only=True)
+        # without the last word, invalid samples are left out in silence
+        raw, invalid = file.get(
+            group=number,
+            index=index,
+            raw=True,
+            samples_only=True,
+            ignore_invalidation_bits=True,
+        )
         if invalid is not None and np.any(invalid):
             raise InputError(
                 f"{what} has {int(np.sum(invalid))} samples that are marked invalid: cut them off, "
@@ -212,8 +218,8 @@ def _refuse_formula(what: str, version: str, conversion: Any) -> None:
 def _converted(version: str, conversion: Any, raw: Any) -> Iterator[npt.NDArray[Any]]:
     """Apply a conversion in blocks, without the library's formulas for rational functions."""
     kind = None if conversion is None else conversion.conversion_type
-    for start in range(0, len(raw), _BLOCK):
-        x = raw[start : start + _BLOCK]
+    for part in blocks(len(raw)):
+        x = raw[part]
         if kind == _RATIONAL[version]:
             p1, p2, p3, p4, p5, p6 = (getattr(conversion, f"P{k}") for k in range(1, 7))
             x = x.astype(np.float64)
@@ -271,7 +277,7 @@ def _of_tdms(file: Any, group: Any, channel: Any, axes: dict[Any, _Array]) -> _C
 
 
 def _indices(n: int) -> Iterator[npt.NDArray[np.int64]]:
-    return (np.arange(start, min(start + _BLOCK, n)) for start in range(0, n, _BLOCK))
+    return (np.arange(part.start, part.stop) for part in blocks(n))
 
 
 _SCALE_TYPE = re.compile(r"NI_Scale\[(\d+)\]_Scale_Type")
@@ -391,7 +397,7 @@ def _data_set(data: Any) -> _Array:
     _check_stored_inside(data)
     (n,) = data.shape
     # a chunk is unpacked once
-    step = -(-_BLOCK // data.chunks[0]) * data.chunks[0] if data.chunks else _BLOCK
+    step = -(-BLOCK // data.chunks[0]) * data.chunks[0] if data.chunks else BLOCK
     return _Array((n,), lambda: (data[start : start + step] for start in range(0, n, step)))
 
 

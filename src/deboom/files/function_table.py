@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray, blocks
 from deboom.choices import FunctionFiles
 from deboom.errors import DataWarning, InputError, naming
 from deboom.files.binary_formats import MATLAB, MATLAB_73
@@ -124,8 +124,16 @@ def first_difference(a: RealArray, b: RealArray) -> str:
 
 
 def _differing(a: RealArray, b: RealArray) -> npt.NDArray[np.intp]:
-    spacing = np.diff(a).min(initial=np.abs(a).max(initial=0.0))
-    return np.flatnonzero(np.abs(a - b) > SAME_LINE * spacing)
+    largest = max((np.abs(a[part]).max() for part in blocks(a.size)), default=0.0)
+    spacing = min(
+        (np.diff(a[part.start : part.stop + 1]).min(initial=largest) for part in blocks(a.size)),
+        default=largest,
+    )
+    different = [
+        part.start + np.flatnonzero(np.abs(a[part] - b[part]) > SAME_LINE * spacing)
+        for part in blocks(a.size)
+    ]
+    return np.concatenate(different) if different else np.zeros(0, dtype=np.intp)
 
 
 def starts_at_0_hz(lines: RealArray, whose: object) -> bool:

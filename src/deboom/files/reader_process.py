@@ -44,7 +44,7 @@ class _Reader:
     def __init__(self, source: Path) -> None:
         self.source, self.owner, self.is_late = source, os.getpid(), False
         self.folder = tempfile.TemporaryDirectory(prefix="deboom-", ignore_cleanup_errors=True)
-        self.errors = tempfile.TemporaryFile()
+        self.errors = tempfile.TemporaryFile()  # noqa: SIM115
         # -P keeps the folder that a process runs in off its path, and entries of PYTHONPATH may be
         # relative; what `pip install --user` installed is still found
         kept = {name: text for name, text in os.environ.items() if name != "PYTHONPATH"}

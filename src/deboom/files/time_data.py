@@ -19,7 +19,7 @@ from scipy.interpolate import CubicSpline
 from scipy.io import wavfile
 from scipy.signal import resample_poly
 
-from deboom.arrays import RealArray
+from deboom.arrays import RealArray, blocks
 from deboom.errors import InputError, naming
 from deboom.files.binary_formats import HDF5, MATLAB, MDF, TDMS
 from deboom.files.disk import (
@@ -135,6 +135,7 @@ def _single_signal(what: str, unit: Any, instants: Any, values: Any) -> TimeSign
         raise InputError(
             f"{what} has {values.size} values at {instants.size} instants: export again"
         )
+    instants.setflags(write=False)  # channels of one raster share it
     return TimeSignal(str(unit), instants, values)
 
 
@@ -176,16 +177,22 @@ def time_functions(path: Path, channels: Sequence[CampaignChannel]) -> TimeFunct
     names = [(f"{row.channel} {row.quantity}", row.channel) for row in channels]
     signals = read_time_signals(path, [name for pair in names for name in pair])
     functions = []
+    chosen = [next((name for name in pair if name in signals), "") for pair in names]
     with telling() as tell:
-        for row, pair in zip(channels, names, strict=True):
+        for row, name in zip(channels, chosen, strict=True):
             with noting(tell):
-                name = next((name for name in pair if name in signals), "")
                 if not name:
                     raise InputError(
                         f"{path}: there is no channel '{row.channel}' ({row.quantity}): export it, "
                         "or name it as the channel table does"
                     )
-                functions.append(_function(f"{path}: channel '{name}'", row, signals[name]))
+                what, signal = f"{path}: channel '{name}'", signals[name]
+                unit = _unit(what, row, signal)
+                if unit.factor != 1.0 and chosen.count(name) == 1:
+                    signal.values[:] *= unit.factor  # a copy would double the memory
+                elif unit.factor != 1.0:
+                    signal = replace(signal, values=signal.values * unit.factor)
+                functions.append(_function(what, row, signal, unit))
         _check_even(path, [(name, signal.time) for name, signal in signals.items()])
     labels = [f"{row.channel} ({row.quantity})" for row in channels]
     several = tuple(signal.note for signal in signals.values() if signal.note)
@@ -197,6 +204,11 @@ LEAST_OVERLAP = 0.5
 """Share of the longest channel that all channels must cover."""
 OVERSAMPLED = 8
 """Samples per sample of a slow channel through which a cubic spline is laid."""
+
+
+_PART, _MARGIN = 2**17, 64
+"""Samples of a slow channel that are resampled at once, and more on both sides, whose influence on
+them is below rounding."""
 
 
 def _rate(time: RealArray) -> float:
@@ -212,8 +224,12 @@ def _on_one_raster(
         return TimeFunctions((), ())
     fastest = int(np.argmax(rates))
     raster = functions[fastest].abscissa
-    if all(same_lines(raster, function.abscissa) for function in functions):
+    alike = [_is_same(raster, function.abscissa) for function in functions]
+    if all(alike):
         return TimeFunctions(tuple(functions), rates)
+    n_read = sum(2 * function.abscissa.size for function in functions)
+    n_resampled = raster.size * (1 + alike.count(False))
+    refuse_announced(f"{path}: what is resampled to {rates[fastest]:.6g} Hz", n_read + n_resampled)
     begins = [float(function.abscissa[0]) for function in functions]
     ends = [float(function.abscissa[-1]) for function in functions]
     first, last = int(np.argmax(begins)), int(np.argmin(ends))
@@ -226,7 +242,8 @@ def _on_one_raster(
         )
     slack = SAME_LINE / rates[fastest]
     shared = raster[(raster >= begins[first] - slack) & (raster <= ends[last] + slack)]
-    alike, resampled = [], defaultdict[str, list[str]](list)
+    shared.setflags(write=False)
+    on_raster, resampled = [], defaultdict[str, list[str]](list)
     for label, rate, function in zip(labels, rates, functions, strict=True):
         inside = np.searchsorted(function.abscissa, shared[0] - slack)
         same = function.abscissa[inside : inside + shared.size]
@@ -235,14 +252,18 @@ def _on_one_raster(
         else:
             values = _resampled(function, shared)
             resampled[f"{rate:.6g} Hz"].append(label)
-        alike.append(replace(function, abscissa=shared, values=values))
+        on_raster.append(replace(function, abscissa=shared, values=values))
     notes = [
         f"resampled from {rate} to {rates[fastest]:.6g} Hz, band-limited: {_listed(names)}"
         for rate, names in resampled.items()
     ]
     if (shared.size - 1) / rates[fastest] < longest - 1 / min(rates):
         notes.append(f"cut to {shared[0]:.3f} to {shared[-1]:.3f} s, which all channels have")
-    return TimeFunctions(tuple(alike), rates, tuple(notes))
+    return TimeFunctions(tuple(on_raster), rates, tuple(notes))
+
+
+def _is_same(raster: RealArray, abscissa: RealArray) -> bool:
+    return abscissa is raster or same_lines(raster, abscissa)
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -253,27 +274,41 @@ def _listed(names: Sequence[str]) -> str:
 def _resampled(function: UffFunction, instants: RealArray) -> RealArray:
     """Band-limited values at other instants, within the function's own time."""
     time, values = function.abscissa, function.values.real
+    n = time.size
     # a straight line beside the signal: what the filter sees begins and ends at zero
     line = values[0] + (values[-1] - values[0]) * (time - time[0]) / (time[-1] - time[0])
-    dense = resample_poly(values - line, OVERSAMPLED, 1, padtype="line")
-    dense = dense[: OVERSAMPLED * (time.size - 1) + 1]
-    grid = np.linspace(time[0], time[-1], dense.size)
+    above, even = values - line, np.linspace(time[0], time[-1], n)
     at = np.clip(instants, time[0], time[-1])
-    return np.asarray(CubicSpline(grid, dense)(at) + np.interp(at, time, line))
+    resampled = np.asarray(np.interp(at, time, line))
+    for start in range(0, n - 1, _PART):
+        stop = min(start + _PART, n - 1)
+        low, high = max(start - _MARGIN, 0), min(stop + _MARGIN, n - 1)
+        dense = resample_poly(above[low : high + 1], OVERSAMPLED, 1)
+        dense = dense[: OVERSAMPLED * (high - low) + 1]
+        spline = CubicSpline(np.linspace(even[low], even[high], dense.size), dense)
+        first, last = np.searchsorted(at, (even[start], even[stop]))
+        inside = slice(first, at.size if stop == n - 1 else last)
+        resampled[inside] += spline(at[inside])
+    resampled.setflags(write=False)
+    return resampled
 
 
-def _function(what: str, row: CampaignChannel, signal: TimeSignal) -> UffFunction:
+def _unit(what: str, row: CampaignChannel, signal: TimeSignal) -> Unit:
     # pulses of a tacho count, their height in whatever unit does not
-    unit = Unit("1", "1", 1.0)
-    if row.quantity != "tacho":
-        if not signal.unit.strip():
-            raise InputError(f"{what} states no unit: export it with one, such as {row.unit.label}")
-        with naming(what):
-            unit = parse_unit(signal.unit, row.unit.si)
+    if row.quantity == "tacho":
+        return Unit("1", "1", 1.0)
+    if not signal.unit.strip():
+        raise InputError(f"{what} states no unit: export it with one, such as {row.unit.label}")
+    with naming(what):
+        return parse_unit(signal.unit, row.unit.si)
+
+
+def _function(what: str, row: CampaignChannel, signal: TimeSignal, unit: Unit) -> UffFunction:
+    signal.values.setflags(write=False)
     with naming(what):
         return UffFunction(
             abscissa=signal.time,
-            values=signal.values * unit.factor,
+            values=signal.values,
             function_type=TIME_SIGNAL,
             response_node=row.node,
             response_direction=row.direction,
@@ -291,12 +326,16 @@ def _check_even(path: Path, axes: Sequence[tuple[str, RealArray]]) -> None:
         if id(time) in seen or not step > 0:  # instants that do not rise are refused elsewhere
             continue
         seen.add(id(time))
-        off = np.abs(time - time[0] - step * np.arange(time.size)) / step
-        if off.max() > LARGEST_JITTER:
-            k = int(np.argmax(off))
+        worst, k = 0.0, 0
+        for part in blocks(time.size):
+            indices = np.arange(part.start, part.stop)
+            off = np.abs(time[part] - time[0] - step * indices) / step
+            if off.max() > worst:
+                worst, k = float(off.max()), int(indices[np.argmax(off)])
+        if worst > LARGEST_JITTER:
             raise InputError(
                 f"{path}: {name} is not sampled evenly: sample {k + 1} at {time[k]:.9g} s is "
-                f"{off[k]:.2g} steps off; export it with one sampling rate"
+                f"{worst:.2g} steps off; export it with one sampling rate"
             )
 
 

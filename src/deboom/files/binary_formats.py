@@ -328,14 +328,14 @@ def _opened_hdf5(path: Path) -> Iterator[Any]:
     """Open a file whose links all stay in it."""
     h5py = importlib.import_module("h5py")
 
-    def refuse(name: str, link: Any) -> None:
-        if not isinstance(link, h5py.HardLink | h5py.SoftLink):
+    def leading_out(name: str, link: Any) -> str | None:
+        return None if isinstance(link, h5py.HardLink | h5py.SoftLink) else name
+
+    with h5py.File(path, "r") as file:
+        if name := file.visititems_links(leading_out):
             raise InputError(
                 f"'{name}' is a link to another file, which is not read: save it in the file itself"
             )
-
-    with h5py.File(path, "r") as file:
-        file.visititems_links(refuse)
         yield file
 
 

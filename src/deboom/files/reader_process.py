@@ -144,7 +144,8 @@ def read_apart(
 
 def _reader_of(source: Path) -> _Reader:
     """Take the process that reads the files of a folder, or start it."""
-    if _readers and (_readers[0].source, _readers[0].owner) == (source, os.getpid()):
+    readers = [each for each in _readers if (each.source, each.owner) == (source, os.getpid())]
+    if readers and readers[0].process.poll() is None:
         return _readers.pop()
     _end()
     return _Reader(source)

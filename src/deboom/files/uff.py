@@ -127,12 +127,14 @@ class UffFunction(_KeptAsGiven):
                         f"{self.dof}: the {what} of line {bad[0] + 1} is {array[bad[0]]}; measure "
                         "or export it again, deboom does not fill gaps"
                     )
-        falling = np.flatnonzero(abscissa[1:] <= abscissa[:-1])
-        if falling.size:
-            raise InputError(
-                f"{self.dof}: the abscissa does not increase after line {falling[0] + 1} "
-                f"({abscissa[falling[0]]:g}, then {abscissa[falling[0] + 1]:g})"
-            )
+        for part in blocks(abscissa.size):
+            near = abscissa[part.start : part.stop + 1]
+            falling = part.start + np.flatnonzero(near[1:] <= near[:-1])
+            if falling.size:
+                raise InputError(
+                    f"{self.dof}: the abscissa does not increase after line {falling[0] + 1} "
+                    f"({abscissa[falling[0]]:g}, then {abscissa[falling[0] + 1]:g})"
+                )
         for array in (abscissa, values):
             array.setflags(write=False)
         object.__setattr__(self, "abscissa", abscissa)

@@ -36,6 +36,7 @@ lint: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python benchmarks/safe_versions.py
 
 size: $(READY)
 	$(BIN)/python benchmarks/size.py

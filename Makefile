@@ -11,16 +11,22 @@ PYTHON_IS := import sys; print(sys.base_prefix, sys.version)
 PYTHON_MUST_BE := import sys; sys.version_info >= (3, 11) or sys.exit('deboom needs Python 3.11 or \
 newer, $(PYTHON) is ' + sys.version.split()[0] + ': name another one, such as PYTHON=python3.12')
 
-.PHONY: study test coverage lint bench size wheel validate mutants pictures fuzz docs constraints clean FORCE
+.PHONY: study test test-quick test-slow coverage lint bench size wheel validate mutants pictures fuzz docs constraints clean FORCE
 
 study: $(STUDY)
 	$(BIN)/deboom run front
 
 # Processes that the tests start find compiled modules, also where a shell asks Python to write none.
-test: export PYTHONDONTWRITEBYTECODE :=
-test: export OPENBLAS_NUM_THREADS := 1
+test test-quick test-slow: export PYTHONDONTWRITEBYTECODE :=
+test test-quick test-slow: export OPENBLAS_NUM_THREADS := 1
 test: $(READY)
-	$(BIN)/python -m pytest -n auto --dist worksteal
+	$(BIN)/python -m pytest -n auto --dist loadfile
+
+test-quick: $(READY)
+	$(BIN)/python -m pytest -n auto --dist loadfile tests/unit
+
+test-slow: $(READY)
+	$(BIN)/python -m pytest -n auto --dist loadfile -m slow
 
 coverage: $(READY)
 	$(BIN)/python -m pytest -q --cov=deboom --cov-report=term
@@ -30,6 +36,7 @@ lint: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python benchmarks/safe_versions.py
 
 size: $(READY)
 	$(BIN)/python benchmarks/size.py

@@ -1,5 +1,9 @@
 """Plant single faults and see which the tests let through: ``make mutants PACKAGE=physics``.
 
+Without a package the draw is one over all sources and leaves boundaries out. ``--record`` keeps its
+verdicts, and ``--again`` plants the same faults in another state of sources and tests: a fault is
+known by its file, the text of its line and its change. What is no longer caught is printed.
+
 A fault changes one sign, operator, comparison, constant or function. A sample is drawn by a seed.
 Which test reaches which line is measured once and kept in ``build/mutants``. Each mutant stands in
 a copy of the sources and is shown the tests that reach its line until one fails; a test that fails
@@ -17,13 +21,14 @@ import json
 import os
 import random
 import re
+import resource
 import shutil
 import signal
 import sys
 import tempfile
 import time
 import traceback
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -55,7 +60,9 @@ OPTIONS = (
     "ignore::pytest.PytestAssertRewriteWarning",  # a library of deboom may be a plugin, too
 )
 PATIENCE_S = 60.0
-"""Time of a mutant, beside thrice the recorded time of its tests [s]; beyond, it hangs."""
+"""Processor time of a mutant, beside thrice that of its tests [s]; beyond, it hangs."""
+WAITING = 10.0
+"""Time over processor time of a mutant, beyond which it hangs without computing [1]."""
 
 OPERATORS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
 COMPARISONS = {ast.Gt: ast.Lt, ast.Lt: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
@@ -65,19 +72,29 @@ PAIRS = [
     for name in ("sin/cos", "mean/median", "min/max", "minimum/maximum", "argmin/argmax", "all/any")
 ]
 FUNCTIONS = dict([*PAIRS, *(pair[::-1] for pair in PAIRS)])
+RECORD = ("path", "line", "text", "change", "occurrence", "caught")
+"""Columns of a record of verdicts."""
 DROPPED = ("sqrt", "abs", "conj", "arcsin", "log10", "log", "exp")
 """Functions of one argument, or methods of none, that a mutant forgets."""
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """One fault: where it is, what it says, and the text of its file."""
+    """One fault: where it is, what it says, and which bytes of its file it replaces by what."""
 
     path: Path
     line: int
     change: str
     boundary: bool
-    text: str
+    begin: int
+    end: int
+    new: str
+
+    @property
+    def text(self) -> str:
+        """Text of its file with the fault."""
+        source = self.path.read_bytes()
+        return (source[: self.begin] + self.new.encode() + source[self.end :]).decode()
 
 
 def changes(node: ast.AST) -> Iterator[tuple[ast.AST, bool]]:
@@ -107,7 +124,8 @@ def changes(node: ast.AST) -> Iterator[tuple[ast.AST, bool]]:
 
 def mutants_of(path: Path) -> Iterator[Mutant]:
     """Yield every mutant of a file; texts, annotations and messages stay."""
-    source = path.read_text(encoding="utf-8")
+    source = path.read_bytes()
+    starts = [0, *(newline.end() for newline in re.finditer(rb"\n", source))]
     tree = ast.parse(source)
     spared: set[int] = set()
     for node in ast.walk(tree):
@@ -127,14 +145,11 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
         if id(node) in spared:
             continue
         for other, boundary in changes(node):
-            begin, end = node.lineno, node.end_lineno
-            old = ast.get_source_segment(source, node) or ""
-            new = f"({ast.unparse(other)})"
-            lines = source.encode().splitlines(keepends=True)
-            before = b"".join(lines[: begin - 1]) + lines[begin - 1][: node.col_offset]
-            after = lines[end - 1][node.end_col_offset :] + b"".join(lines[end:])
-            text = (before + new.encode() + after).decode()
-            yield Mutant(path, begin, f"{' '.join(old.split())} → {new}", boundary, text)
+            begin = starts[node.lineno - 1] + node.col_offset
+            end = starts[node.end_lineno - 1] + node.end_col_offset
+            old, new = source[begin:end].decode(), f"({ast.unparse(other)})"
+            change = f"{' '.join(old.split())} → {new}"
+            yield Mutant(path, node.lineno, change, boundary, begin, end, new)
 
 
 @cache
@@ -188,12 +203,20 @@ class _Times(dict[str, dict[str, float]]):
 
 
 def _measured(coverage: Path) -> _Times:
-    """Run all tests, keep the lines that each reaches, and return the times of each [s]."""
+    """Run all tests, keep the lines that each reaches, and return the times of each [s].
+
+    They are processor times on average: a busy machine must not leave less tests to a mutant.
+    """
     print("which lines do the tests reach ...", flush=True)
     os.environ["COVERAGE_FILE"] = str(coverage)
     times = _Times()
     options = ["-q", "-n2", f"--cov={SOURCES}", "--cov-context=test", "--cov-report="]
     pytest.main([*options, str(ROOT / "tests")], plugins=[times])
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    processor = used.ru_utime + used.ru_stime
+    passed = sum(seconds for phases in times.values() for seconds in phases.values())
+    for phases in times.values():
+        phases |= {when: seconds * min(processor / passed, 1.0) for when, seconds in phases.items()}
     return times
 
 
@@ -266,14 +289,15 @@ class Reach:
         return self.times[test].get("call", 0.0) + self.setups[test.split("::")[0]]
 
     def patience(self, tests: Sequence[str]) -> float:
-        """Return the time that some tests may take [s]."""
+        """Return the processor time that some tests may take [s]."""
         setups = sum(self.setups[file] for file in {test.split("::")[0] for test in tests})
         return PATIENCE_S + 3.0 * (setups + sum(self.times[t].get("call", 0.0) for t in tests))
 
 
-def _show(mutant: Mutant, tests: Sequence[str], folder: str, output: Path) -> None:
+def _show(mutant: Mutant, tests: Sequence[str], patience: int, folder: str, output: Path) -> None:
     """Show a mutant, in a copy of the sources, to tests, and end with pytest's verdict."""
     os.setsid()
+    resource.setrlimit(resource.RLIMIT_CPU, (patience, patience))
     tree = Path(folder) / "copy" / "src"
     shutil.copytree(SOURCES, tree / SOURCES.name)
     for path in ROOT.iterdir():  # sources find what lies beside them
@@ -321,8 +345,8 @@ def caught(cases: Sequence[tuple[Mutant, list[str], float]]) -> list[bool]:
             number, folder = waiting.pop(0), tempfile.mkdtemp()
             mutant, tests, patience = cases[number]
             if not (child := os.fork()):
-                _show(mutant, tests, folder, CACHE / "output" / f"{number}.txt")
-            running[child] = number, time.monotonic() + patience, folder
+                _show(mutant, tests, int(patience), folder, CACHE / "output" / f"{number}.txt")
+            running[child] = number, time.monotonic() + WAITING * patience, folder
         time.sleep(0.02)
         for child, (number, deadline, folder) in list(running.items()):
             done, status = os.waitpid(child, os.WNOHANG)
@@ -360,7 +384,7 @@ def caught_for_good(cases: Sequence[tuple[Mutant, list[str], float]]) -> list[bo
                 failed[number] = max(names, key=len, default=line[1].split()[0])
         doubtful = sorted({*failed.values()} - fit)
         mutant, patience = cases[0][0], max(patience for _, _, patience in cases)
-        whole = replace(mutant, text=mutant.path.read_text(encoding="utf-8"))
+        whole = replace(mutant, begin=0, end=0, new="")
         verdicts_without = caught([(whole, [test], patience) for test in doubtful])
         for test, fails in zip(doubtful, verdicts_without, strict=True):
             (unfit if fails else fit).add(test)
@@ -368,6 +392,51 @@ def caught_for_good(cases: Sequence[tuple[Mutant, list[str], float]]) -> list[bo
                 print(f"no verdict: {test} fails without a fault")
         waiting = [number for number, test in failed.items() if test in unfit]
     return verdicts
+
+
+def identified(path: Path) -> dict[tuple[str, str, int], Mutant]:
+    """Return the mutants of a file by the text of their line, their change and its occurrence."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    occurrences: Counter[tuple[str, str]] = Counter()
+    mutants = {}
+    for mutant in sorted(mutants_of(path), key=lambda mutant: mutant.begin):
+        key = lines[mutant.line - 1].strip(), mutant.change
+        mutants[*key, occurrences[key]] = mutant
+        occurrences[key] += 1
+    return mutants
+
+
+def write_record(file: Path, mutants: Sequence[Mutant], verdicts: Sequence[bool]) -> None:
+    """Write mutants and their verdicts for `read_record`."""
+    rows = []
+    for mutant, verdict in zip(mutants, verdicts, strict=True):
+        (key,) = (key for key, other in identified(mutant.path).items() if other == mutant)
+        facts = mutant.path.relative_to(SOURCES).as_posix(), mutant.line, *key, verdict
+        rows.append(dict(zip(RECORD, facts, strict=True)))
+    file.write_text(json.dumps(rows, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def read_record(file: Path) -> list[tuple[Mutant, bool]]:
+    """Return the mutants of a record in these sources, and whether they were caught then.
+
+    A line that moved to another file is followed where it stands in one only; what is gone is
+    printed.
+    """
+    everywhere = {path: identified(path) for path in sorted(SOURCES.rglob("*.py"))}
+    mutants = []
+    for row in json.loads(file.read_text(encoding="utf-8")):
+        name, line, *key, verdict = (row[name] for name in RECORD)
+        where = f"{name}:{line}: {key[0]}: {key[1]}"
+        homes = [path for path, mutants_there in everywhere.items() if tuple(key) in mutants_there]
+        if SOURCES / name in homes:
+            homes = [SOURCES / name]
+        elif len(homes) == 1:
+            print(f"moved to {homes[0].relative_to(SOURCES)}: {where}")
+        if len(homes) == 1:
+            mutants.append((everywhere[homes[0]][tuple(key)], verdict))
+        else:
+            print(f"gone ({'caught' if verdict else 'survived'} before): {where}")
+    return mutants
 
 
 def report(
@@ -390,25 +459,44 @@ def report(
             )
 
 
+def drawn_of(package: str, number: int, seed: int) -> list[Mutant]:
+    """Draw mutants of a folder, or of modules by their begin; of all, leave boundaries out."""
+    paths = sorted({*(SOURCES / package).rglob("*.py"), *SOURCES.glob(f"{package}*.py")})
+    every = [m for path in paths for m in mutants_of(path) if package or not m.boundary]
+    return random.Random(seed).sample(every, min(number, len(every)))
+
+
 def main() -> None:
     """Draw mutants of packages, try them, and print the survivors and the scores."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("packages", nargs="+", help="Folders of the sources, or begins of modules.")
+    parser.add_argument("packages", nargs="*", help="Folders of the sources, or begins of modules.")
     parser.add_argument("--number", type=int, default=160, help="Mutants drawn of a package.")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="Mutants whose place and change hold this text.")
+    parser.add_argument("--record", type=Path, help="File for the verdicts.")
+    parser.add_argument("--again", type=Path, help="Record whose mutants are planted again.")
     given = parser.parse_args()
     reach = Reach()
     for path in SOURCES.rglob("[!_]*.py"):  # forked processes have imported the libraries
         importlib.import_module(".".join(path.relative_to(SOURCES.parent).with_suffix("").parts))
-    for package in given.packages:
-        inside = sorted((SOURCES / package).rglob("*.py"))
-        paths = [*inside, *sorted(SOURCES.glob(f"{package}*.py"))]
-        every = [m for path in paths for m in mutants_of(path)]
-        drawn = random.Random(given.seed).sample(every, min(given.number, len(every)))
+    before = read_record(given.again) if given.again else []
+    draws = {str(given.again): [mutant for mutant, _ in before]}
+    if not given.again:
+        packages = given.packages or [""]
+        draws = {name or "all": drawn_of(name, given.number, given.seed) for name in packages}
+    tried: dict[Mutant, bool] = {}
+    for package, drawn in draws.items():
         drawn = [m for m in drawn if given.only in f"{m.path}:{m.line}: {m.change}"]
         cases = [(m, tests := reach.tests(m), reach.patience(tests)) for m in drawn]
-        report(package, cases, caught_for_good(cases))
+        verdicts = caught_for_good(cases)
+        report(package, cases, verdicts)
+        tried |= dict(zip(drawn, verdicts, strict=True))
+    for mutant, verdict in before:
+        if verdict and not tried.get(mutant, True):
+            where = f"{mutant.path.relative_to(ROOT)}:{mutant.line}"
+            print(f"no longer caught: {where}: {mutant.change}")
+    if given.record:
+        write_record(given.record, list(tried), list(tried.values()))
 
 
 if __name__ == "__main__":

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
 import deboom
+
+sys.path.insert(0, str(Path(__file__).parent))
+from types_on_the_path import table
 
 project = "deboom"
 author = "The deboom developers"
@@ -110,6 +114,12 @@ def link_page(app: Any, name: str, source: list[str]) -> None:
         source[0] = linked(source[0], "[{name}](#{label})")
 
 
+def write_types(_app: Any, name: str, source: list[str]) -> None:
+    """Write the table of types into the page that leads through the code."""
+    if name == "from-folder-to-page":
+        source[0] = source[0].replace("% types on the path", table())
+
+
 def link_docstring(
     _app: Any, _what: str, _name: str, _value: Any, _options: Any, lines: list[str]
 ) -> None:
@@ -118,6 +128,7 @@ def link_docstring(
 
 
 def setup(app: Any) -> None:
-    """Link what is cited."""
+    """Link what is cited, and write what is read from the code."""
+    app.connect("source-read", write_types)
     app.connect("source-read", link_page)
     app.connect("autodoc-process-docstring", link_docstring)

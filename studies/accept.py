@@ -43,7 +43,6 @@ from deboom.files.acceptance import (
 from deboom.files.platform import read_platform
 from deboom.progress import progress_bar
 from deboom.report import Report
-from deboom.runs.result import RunContext
 from deboom.supplier.acceptance import delivery_report, supplier_verdict
 from deboom.supplier.delivery import Demand, judged_delivery, limited_axes
 from deboom.vehicles.platform import Platform
@@ -57,10 +56,10 @@ class Options:
 
     box: Annotated[
         Path, Argument(help="Run of solution_box, an acceptance box, or a supplier's sheet.")
-    ] = Path()
+    ]
     parts: Annotated[
         Path, Argument(help="Table of measured parts, or the supplier's workbook, filled in.")
-    ] = Path()
+    ]
     platform: Annotated[
         Path | None, Option(help="Platform folder of the box, to predict the levels of the cars.")
     ] = None
@@ -121,9 +120,8 @@ def demand_of_sheet(path: Path, returned: SupplierSpecification) -> Demand:
     return Demand.of_sheet(sent, None)
 
 
-def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
+def run(model: Model, options: Options) -> Report:
     """Judge the parts, and report to the vehicle side and to the supplier."""
-    del context  # nothing here can be resumed
     with progress_bar("accept") as progress:
         progress(0, 1, "parts and cars")
         delivery = judged_delivery(

@@ -14,7 +14,7 @@ n_judges is their number.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -39,7 +39,6 @@ from deboom.runs.rebuilt import (
     compared_run,
     distinct_models,
 )
-from deboom.runs.result import RunContext
 
 QUESTION = "Which of these fronts is better, and is the difference real?"
 FEWEST = 1024
@@ -50,9 +49,7 @@ FEWEST = 1024
 class Options:
     """Which runs are compared, and with which draws."""
 
-    runs: Annotated[list[Path], Argument(help="Run folders of front studies, two or more.")] = (
-        field(default_factory=list)
-    )
+    runs: Annotated[list[Path], Argument(help="Run folders of front studies, two or more.")]
     seed: Annotated[int, Option(help="Seed of the common draws, 1 or higher.")] = 1
     samples: Annotated[
         int, Option(help="Number of common draws, a power of two, 1024 or higher.")
@@ -86,9 +83,8 @@ def prepare(options: Options) -> list[ComparedRun]:
     return runs
 
 
-def run(runs: list[ComparedRun], options: Options, context: RunContext | None = None) -> Report:
+def run(runs: list[ComparedRun], options: Options) -> Report:
     """Judge the fronts by each of their models, report, and say the verdicts."""
-    del context  # nothing here can be resumed
     names = dict(zip((run.entry.folder for run in runs), configuration_names(runs), strict=True))
     models = distinct_models(runs)
     comparisons: list[Comparison] = []

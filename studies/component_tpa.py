@@ -56,7 +56,6 @@ from deboom.plot.style import signed
 from deboom.progress import counted, progress_bar
 from deboom.report import Report
 from deboom.runs.options import Level, Seed
-from deboom.runs.result import RunContext
 
 STEPS = 4
 SHOWN = 4
@@ -129,9 +128,8 @@ def prepare(options: Options) -> Inversion:
     return RULES[options.regularisation]
 
 
-def run(rule: Inversion, options: Options, context: RunContext | None = None) -> Report:
+def run(rule: Inversion, options: Options) -> Report:
     """Measure or read a test, analyse it, and report."""
-    del context  # nothing here is long enough to be resumed
     started = time.perf_counter()
     with progress_bar("component TPA") as bar:
         step = counted(bar, STEPS)

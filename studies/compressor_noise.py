@@ -62,7 +62,6 @@ from deboom.plot.style import signed
 from deboom.progress import counted, progress_bar
 from deboom.report import Report
 from deboom.runs.options import BAND, Level, Seed, at_least, band_of
-from deboom.runs.result import RunContext
 
 SOFT, STANDARD = HoseState.SOFT, HoseState.STANDARD
 SPEED, LEVEL = "rotor speed [rpm]", "SPL [dB(A)]"
@@ -92,9 +91,8 @@ def prepare(options: Options) -> NoisePlan:
     return NoisePlan(band=band, with_hoses=options.hoses, draws=options.draws, seed=options.seed)
 
 
-def run(plan: NoisePlan, options: Options, context: RunContext | None = None) -> Report:
+def run(plan: NoisePlan, options: Options) -> Report:
     """Measure or read a car, synthesise, compare and report."""
-    del context  # nothing here is long enough to be resumed
     with progress_bar("compressor noise") as bar:
         step = counted(bar, STEPS)
         if options.car is not None:

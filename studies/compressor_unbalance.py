@@ -36,7 +36,6 @@ from deboom.pages.unbalance import unbalance_report
 from deboom.progress import counted, progress_bar
 from deboom.report import Report
 from deboom.runs.options import ComponentLimitsFile, Level, Seed
-from deboom.runs.result import RunContext
 
 
 @dataclass(frozen=True)
@@ -55,9 +54,8 @@ def prepare(options: Options) -> UnbalancePlan:
     return UnbalancePlan(limits=limits)
 
 
-def run(plan: UnbalancePlan, options: Options, context: RunContext | None = None) -> Report:
+def run(plan: UnbalancePlan, options: Options) -> Report:
     """Measure, evaluate by five routes, compare and report."""
-    del context  # nothing here can be resumed
     with progress_bar("compressor unbalance") as bar:
         progress = counted(bar, STEPS)
         if options.test is not None:

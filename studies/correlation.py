@@ -31,7 +31,6 @@ from deboom.pages.motion import report_runs
 from deboom.report import Report
 from deboom.runs.options import Bounds, Draws, Seed, Tolerance, at_least
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
-from deboom.runs.result import RunContext
 from deboom.vehicles.platform import Runs
 
 
@@ -77,9 +76,8 @@ def prepare(options: Options) -> Model:
     return Model(runs, options.motion.model(runs))
 
 
-def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
+def run(model: Model, options: Options) -> Report:
     """Evaluate, correlate and report."""
-    del context  # nothing here is long enough to be resumed
     study = correlation_study(
         model.runs,
         model.index,

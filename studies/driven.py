@@ -32,7 +32,6 @@ from deboom.plot.style import signed
 from deboom.report import Report, Step, Table
 from deboom.runs.options import StudiesFolder
 from deboom.runs.rebuilt import supplier_study
-from deboom.runs.result import RunContext
 from deboom.vehicles.booming_peaks import TOLERANCE, booming_peaks
 
 QUESTION = "Did the prototype do what was predicted, at every booming peak?"
@@ -46,10 +45,10 @@ AS_PREDICTED, OTHERWISE, OPEN = "as predicted", "not as predicted", "not decided
 class Options:
     """Which run is compared with which drives."""
 
-    run: Annotated[Path, Argument(help="Folder of a finished front study.")] = Path()
+    run: Annotated[Path, Argument(help="Folder of a finished front study.")]
     folder: Annotated[
         Path, Argument(help="Folder with measured pressures, today*.csv and new*.csv.")
-    ] = Path()
+    ]
     design: Annotated[
         str,
         Option(
@@ -117,9 +116,8 @@ def _at_peak(levels: RealArray, frequency: RealArray, peak: float) -> RealArray:
     return np.asarray(levels[..., np.abs(frequency - peak) <= TOLERANCE].max(axis=-1))
 
 
-def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
+def run(model: Model, options: Options) -> Report:
     """Compare the changes at every booming peak that was measured with today's parts."""
-    del context  # nothing here can be resumed
     folder, table = options.folder, _peak_table(model, options.seed)
     if table.empty:
         raise InputError(f"{folder}: no vehicle has a booming peak with today's parts")

@@ -47,7 +47,6 @@ from typer import Option
 
 from deboom.errors import InputError
 from deboom.explore.robust import DesignLimits, Robust
-from deboom.explore.search import VERIFIED
 from deboom.files.limits import mount_limits, read_level_limits
 from deboom.pages.correlation import (
     CorrelationStudy,
@@ -277,7 +276,6 @@ def _searched(model: Model, options: Options, context: RunContext | None) -> Pla
         run=context,
         inputs=(*runs.platform.input_files, *of_limits, *model.made.inputs),
         limits=limits,
-        verified_with=VERIFIED,
     )
     prescribed, begin = None, None
     if (

@@ -27,7 +27,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import numpy as np
 from typer import Argument, Option
@@ -55,7 +55,6 @@ from deboom.physics.rigid_body import mass_matrix
 from deboom.progress import counted, progress_bar
 from deboom.report import Report
 from deboom.runs.options import BAND, IdenticalMounts, WithTruth, band_of
-from deboom.runs.result import RunContext
 
 QUESTION = "Which compressor, or which free body, explains this hammer test?"
 
@@ -64,10 +63,7 @@ QUESTION = "Which compressor, or which free body, explains this hammer test?"
 class Options:
     """Which test is identified, from which lines, and what is free beside."""
 
-    seed: ClassVar[int] = 1
-    """Nothing is drawn; a run folder states a seed all the same."""
-
-    folder: Annotated[Path, Argument(help="Folder with compressor_test.toml.")] = Path()
+    folder: Annotated[Path, Argument(help="Folder with compressor_test.toml.")]
     band: Annotated[
         list[str] | None,
         Option(
@@ -131,9 +127,8 @@ def prepare(options: Options) -> Model:
     return Model(test, truth, fit)
 
 
-def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
+def run(model: Model, options: Options) -> Report:
     """Identify the compressor, or the free body, and report it."""
-    del context  # nothing here can be resumed
     if options.free:
         return free_body_report(model, options)
     beside = Beside(thesis=options.thesis, identical_mounts=options.identical_mounts)

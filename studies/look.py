@@ -14,13 +14,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from typer import Argument
 
 from deboom.pages.look import look_report
 from deboom.report import Report
-from deboom.runs.result import RunContext
 
 QUESTION = "What is in this folder, and does it look right?"
 
@@ -29,10 +28,7 @@ QUESTION = "What is in this folder, and does it look right?"
 class Options:
     """Which folder is shown."""
 
-    seed: ClassVar[int] = 1
-    """Nothing is drawn; a run folder states a seed all the same."""
-
-    folder: Annotated[Path, Argument(help="Folder of any kind that `deboom new` writes.")] = Path()
+    folder: Annotated[Path, Argument(help="Folder of any kind that `deboom new` writes.")]
 
 
 def prepare(options: Options) -> Path:
@@ -40,7 +36,7 @@ def prepare(options: Options) -> Path:
     return options.folder
 
 
-def run(folder: Path, options: Options, context: RunContext | None = None) -> Report:
+def run(folder: Path, options: Options) -> Report:
     """Read the folder and draw it."""
-    del options, context  # nothing here can be resumed
+    del options
     return look_report(folder)

@@ -4,7 +4,7 @@ Accelerometers on the powertrain and force cells under its mounts, in 27 runs wi
 gears 5 to 7, give operating dynamic stiffness, response surfaces and an error budget. Without
 --campaign the virtual test bench first measures a campaign. Its truth is used only for comparison.
 
-The study second_engine tests whether these mounts predict the forces of another engine.
+The example plot_second_engine tests whether these mounts predict the forces of another engine.
 
 What it showed on six virtual benches: x and z are identified, with a true error of at most 2.1 %
 rms (median bench). The y stiffnesses of the three powertrain mounts are not, because a misalignment
@@ -59,7 +59,6 @@ from deboom.plot import CurvePanel
 from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.runs.options import CubicPieces, MountSet, Seed, SelfCalibration
-from deboom.runs.result import RunContext
 
 SHOWN_POINTS = 2000
 """Of a panel; more hide each other."""
@@ -99,9 +98,8 @@ def prepare(options: Options) -> CharacteriseOptions:
     )
 
 
-def run(how: CharacteriseOptions, options: Options, context: RunContext | None = None) -> Report:
+def run(how: CharacteriseOptions, options: Options) -> Report:
     """Measure or read a campaign, characterise, compare and report."""
-    del context  # nothing here is long enough to be resumed
     with progress_bar("mount characterisation") as progress:
         if options.campaign is not None:
             bench = characterise_given(options.campaign, options.mount_set, how, progress)

@@ -43,7 +43,6 @@ from deboom.report import Report
 from deboom.report.tables import split_label
 from deboom.runs.campaigns import given_vehicles, virtual_vehicles
 from deboom.runs.options import BAND, Seed, at_least
-from deboom.runs.result import RunContext
 from deboom.vehicles.booming_peaks import TOLERANCE, BoomingPeak, PressureComparison
 from deboom.vehicles.fleet import Band
 from deboom.vehicles.path_analysis import paths_by_axis
@@ -133,9 +132,8 @@ def prepare(options: Options) -> DrivenVehicles:
         return virtual_vehicles(options.seed, *counts, options.load_case, progress)
 
 
-def run(model: DrivenVehicles, options: Options, context: RunContext | None = None) -> Report:
+def run(model: DrivenVehicles, options: Options) -> Report:
     """Synthesise, compare, and report."""
-    del context  # nothing here is long enough to be resumed
     report = Report(
         "Is the synthesised sound the measured one?",
         "Forces of the mounts on the test bench times noise transfer functions of the trimmed "

@@ -51,7 +51,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 from typer import Argument, Option
 
@@ -75,10 +75,7 @@ QUESTION = "Which unbalance turns inside this compressor?"
 class Options:
     """Which sweeps are evaluated, how, and by which limits the part is judged."""
 
-    seed: ClassVar[int] = 1
-    """Nothing is drawn; a run folder states a seed all the same."""
-
-    folder: Annotated[Path, Argument(help="Folder with operation.toml.")] = Path()
+    folder: Annotated[Path, Argument(help="Folder with operation.toml.")]
     limits: ComponentLimitsFile = None
     route: Annotated[
         Literal["auto", "a", "b", "c", "d", "e"], Option(help="Route of the result.")

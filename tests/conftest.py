@@ -1,25 +1,46 @@
 """What tests of every kind share: a finished run of the front study, and pictures in words."""
 
 import gc
-from contextlib import contextmanager
+import os
 from copy import deepcopy
 from functools import cache
 from pathlib import Path
 
 import pytest
+from filelock import FileLock
 
 from browser_samples import Browser
 from deboom.files import platform
 from deboom.mounts import characterise
-from deboom.report import Report, report
+from deboom.report import Report
 from deboom.runs import runner, second_process
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles import booming_model
-from pinned_pages import described
+from pinned_pages import pictures_described
 
+pytest_plugins = ["processor_time", "pytester"]
 STUDIES = Path(__file__).parents[1] / "studies"
 # thousands of tests stay in memory, and every round of the garbage collector passes all of them
 gc.set_threshold(50_000, 20, 50)
+
+
+@pytest.fixture(scope="session")
+def made_once(tmp_path_factory):
+    """Return a function that makes a folder once for all workers; nobody changes what is in it."""
+    top = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        top = top.parent
+
+    def made(name, make):
+        """Return the folder that ``make(folder)`` returned, to whichever worker called it."""
+        answer = top / f"{name}.path"
+        with FileLock(top / f"{name}.lock"):
+            if not answer.exists():
+                folder = make(top / name)
+                answer.write_text(os.fspath(folder), encoding="utf-8")
+        return Path(answer.read_text(encoding="utf-8"))
+
+    return made
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -71,17 +92,6 @@ def described_pictures():
         yield
 
 
-@contextmanager
-def pictures_described():
-    """Build pictures and keep what they show as words and numbers; drawing takes far longer.
-
-    That the same numbers give the same bytes is the business of the tests of `deboom.plot`.
-    """
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(report, "as_png", described)
-        yield
-
-
 @pytest.fixture(scope="module")
 def no_pictures():
     """Draw nothing where tests look at numbers alone: pictures take longer than they do."""
@@ -98,9 +108,13 @@ def plain_loops(monkeypatch):
 
 
 @pytest.fixture(scope="session")
-def front_run(tmp_path_factory):
+def front_run(made_once):
     """Folder of a finished run of the front study on a tiny budget, which nobody changes."""
-    budget = {"generations": 2, "population": 12, "samples": 16}
-    study = load_study(STUDIES / "u06_robust_front.py")
-    with pictures_described():
-        return run_study(study, tmp_path_factory.mktemp("results"), budget)
+    budget = {"generations": 2, "population": 12, "samples": 16, "checks": 128}
+
+    def run(out):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Report, "figure", lambda *_, **__: None)
+            return run_study(load_study(STUDIES / "u06_robust_front.py"), out, budget)
+
+    return made_once("front", run)

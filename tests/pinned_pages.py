@@ -9,7 +9,7 @@ import json
 import os
 import re
 from collections import defaultdict
-from contextlib import redirect_stderr
+from contextlib import contextmanager, redirect_stderr
 from html import unescape
 from io import BytesIO, StringIO
 from itertools import zip_longest
@@ -25,10 +25,12 @@ from PIL import Image
 
 from deboom import progress
 from deboom.plot import style
+from deboom.report import Report, report
 from deboom.runs.runner import run_study
 
 PICTURE = b"\x89PNG\r\n\x1a\n" + bytes(8) + b"\0\0\0\1\0\0\0\1"
 """Begin of a PNG of one dot, behind which stands what a picture shows."""
+FIGURE = Report.figure
 STEPS = "progress.txt"  # beside the runs of a study
 PAGES = Path(__file__).parent / "golden" / "pages"
 LOOKS = (
@@ -83,6 +85,18 @@ PASSING = re.compile(
 """Seconds, dates, hashes and paths, which differ from run to run; and what is not determined."""
 
 
+@contextmanager
+def pictures_described():
+    """Build pictures and keep what they show as words and numbers; drawing takes far longer.
+
+    That the same numbers give the same bytes is the business of the tests of `deboom.plot`.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report, "as_png", described)
+        patch.setattr(Report, "figure", FIGURE)
+        yield
+
+
 def run_aloud(study, out, options):
     # every step that it tells is kept beside its folder
     with pytest.MonkeyPatch.context() as patch, redirect_stderr(StringIO()) as said:
@@ -103,6 +117,11 @@ def hold(folder, name, like=None):
     hold_lines(said, name, _alike)
 
 
+def hold_numbers(folder, name):
+    """Compare tables and numbers of a run alone: another run of its page pins the sentences."""
+    hold_lines(pinned_text(Path(folder), kinds=(".csv", ".json")), name, _alike)
+
+
 def hold_lines(said, name, same):
     """Compare lines with those that were pinned by a rule for two of them; see `hold`."""
     path = PAGES / f"{name}.txt"
@@ -114,13 +133,15 @@ def hold_lines(said, name, same):
         assert same(line, pinned), f"{path.name}, line {number}: {line!r} was {pinned!r}"
 
 
-def pinned_text(folder):
-    """Return the lines of a run: its steps, and of each file what it says.
+def pinned_text(folder, kinds=None):
+    """Return the lines of a run: its steps, and of each file what it says, or of some kinds alone.
 
     A column of a table in a file is a line, a row of a table on a page, a list of numbers in JSON,
     and a paragraph.
     """
     files = [folder] if folder.is_file() else sorted(folder.rglob("*"))
+    if kinds is not None:
+        files = [path for path in files if path.suffix in kinds]
     steps = folder.parents[1] / STEPS
     lines = steps.read_text(encoding="utf-8").split("\n") if steps.exists() else []
     for path in files:

@@ -17,15 +17,37 @@ less, and the cubic is hardly bound in between.
 
 from __future__ import annotations
 
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
 import pandas as pd
 
 from claims import CASES, Claim, in_processes, over_draws
-from deboom.mounts.characterise import CharacteriseOptions
-from deboom.mounts.operating_map import Preload
-from deboom.runs.runner import load_study
+from deboom.bench.campaign import second_engine_plan, training_plan
+from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.powertrain import load_second_engine
+from deboom.bench.truth import read_set_truth
+from deboom.files.campaign import read_campaign
+from deboom.measurement.campaign import Campaign
+from deboom.mounts.characterise import (
+    CharacteriseOptions,
+    characterise,
+    measuring_chains,
+    training_runs,
+)
+from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.measuring_chain import body_record
+from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
+from deboom.mounts.response_surface import r_squared
+from deboom.mounts.surface_forces import main_axis, predicted_forces
+from deboom.vehicles.powertrain import library_model
 
-STUDY = load_study("second_engine").module
 SETS = ("M1", "M2", "M3", "M4", "M5")
+SECOND_BENCH = 500
+"""Added to a seed for the second engine: another day, other sensors, the same mounts."""
 
 
 def claims() -> list[Claim]:
@@ -51,9 +73,57 @@ def claims() -> list[Claim]:
 
 
 def _bench(seed: int) -> pd.DataFrame:
-    options = CharacteriseOptions(preload=Preload.STATIC_FORCE, draws=20)  # no row shows a budget
-    done = STUDY.virtual_engine(seed, SETS[(seed - 1) % len(SETS)], options, lambda *_: None)
-    return STUDY.engine_numbers(done).assign(seed=seed)
+    """Measure both engines on virtual benches, and return a row per predicted direction."""
+    how = CharacteriseOptions(preload=Preload.STATIC_FORCE, draws=20)  # no row shows a budget
+    mount_set = SETS[(seed - 1) % len(SETS)]
+    with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
+        first, second = Path(temporary) / "first", Path(temporary) / "second"
+        write_campaign(first, seed, training_plan(mount_set))
+        plan = second_engine_plan(mount_set)
+        write_campaign(second, seed + SECOND_BENCH, plan, bench=load_second_engine())
+        mounts = characterise(read_campaign(first, (mount_set,)), mount_set, how).mounts
+        campaign = read_campaign(second, (mount_set,))
+        truth = read_set_truth(second, mount_set)
+    assert truth is not None
+    chains, runs = measuring_chains(campaign, how), training_runs(campaign, mount_set, how)
+    records = [body_record(chain.alignment.body, runs, campaign.tolerances) for chain in chains]
+    maps = operating_maps(chains, records)
+    static = _static_differences(mounts, campaign, maps)
+    rows = []
+    for name, predicted in predicted_forces(mounts, maps, how.regressor).items():
+        measured, force, inside = predicted.measured, predicted.force, predicted.inside
+        true = truth.at(predicted.lines.select(inside))
+        ratio = np.abs(predicted.stiffness[inside]) / np.abs(true)
+        rows.append(
+            {
+                "direction": name,
+                "r2_real": r_squared(measured.real, force.real),
+                "r2_imag": r_squared(measured.imag, force.imag),
+                "truth_error": np.sqrt(np.mean((ratio - 1) ** 2)),
+                "static_difference": static.get(name, np.nan),
+            }
+        )
+    return pd.DataFrame(rows).assign(seed=seed)
+
+
+def _static_differences(
+    mounts: Sequence[CharacterisedMount], campaign: Campaign, maps: Mapping[str, OperatingMap]
+) -> dict[str, float]:
+    """Compare the kinematic model by suppliers' curves with the cells, main axes, rms [N]."""
+    places = {entry.name: entry for entry in campaign.mounts}
+    moved = []
+    for entry in mounts:
+        if entry.mount.name in campaign.powertrain_mounts:
+            place = places[entry.mount.name]
+            mount = replace(entry.mount, positions=place.positions, rotations=place.rotations)
+            moved.append(replace(entry, mount=mount))
+    model = library_model(moved)
+    differences = {}
+    for entry in moved:
+        name = f"{entry.mount.name} {main_axis(entry)}"
+        force = model.force(model.equilibrium(maps[name].wheel_torque))[:, model.column(name)]
+        differences[name] = float(np.sqrt(np.mean((force - maps[name].static_force) ** 2)))
+    return differences
 
 
 def _over(

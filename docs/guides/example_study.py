@@ -14,7 +14,6 @@ from deboom import plot
 from deboom.report import Report
 from deboom.runs.options import Seed
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
-from deboom.runs.result import RunContext
 
 
 @dataclass(frozen=True)
@@ -32,9 +31,8 @@ def prepare(options: Options) -> Any:
     return options.motion.model(options.platform.runs())
 
 
-def run(model: Any, options: Options, context: RunContext | None = None) -> Report:
+def run(model: Any, options: Options) -> Report:
     """Evaluate common factors and report."""
-    del context  # nothing here is long enough to be resumed
     factor = np.linspace(options.softest, 1.0, 9)
     levels = model(factor[:, np.newaxis] * np.ones(len(model.variable_names))) / model.n_lines
     mean = levels.mean(axis=1)

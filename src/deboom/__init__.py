@@ -6,7 +6,16 @@ Everything else stands in the packages: `deboom.physics`, `measurement`, `mounts
 laboratory with known truth, `bench`.
 """
 
-import lazy_loader
+import sys
+from pathlib import Path
+
+try:
+    import lazy_loader
+except ImportError:
+    sentence = "deboom needs lazy_loader, which is not installed: pip install lazy-loader"
+    if Path(sys.argv[0]).stem in ("deboom", "-m"):  # the command; a traceback says no more
+        raise SystemExit(sentence) from None
+    raise ImportError(sentence) from None
 
 __version__ = "0.3.0"
 

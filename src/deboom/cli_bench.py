@@ -48,6 +48,15 @@ BodyScatter = Annotated[
         "--seed 2 or higher."
     ),
 ]
+Family = Annotated[
+    str,
+    typer.Option(
+        help="Other bodies, rubber or laboratory, separated by commas. Bodies: attachments, light, "
+        "battery, truck. Factors, with a value or drawn: stiffness (in the car over the test, 0.85 "
+        "to 1.15), apart (mounts, 0 to 0.1), payne (0.4 to 3), noise (0.5 to 4), gaps (lines "
+        "missing, 0 to 0.1), dead (a sensor, 0 or 1). Try attachments,stiffness=0.9,noise."
+    ),
+]
 NoiseFree = Annotated[
     bool,
     typer.Option(
@@ -126,6 +135,7 @@ def write(
         ),
     ] = False,
     body_scatter: BodyScatter = 1.0,
+    family: Family = "",
 ) -> None:
     """Write the measurement files of a virtual platform.
 
@@ -148,10 +158,11 @@ def write(
             tilt=tilt,
             receptance=receptance,
             body_scatter=body_scatter,
+            family=family,
         )
     if library:
         with progress_bar("mount library") as progress:
-            write_platform_library(folder / LIBRARY_FILE, seed, progress, truth_seed, tilt)
+            write_platform_library(folder / LIBRARY_FILE, seed, progress, truth_seed, tilt, family)
     else:
         typer.echo(
             "no mount library: studies need --mounts spectra, or write the platform with --library",
@@ -177,6 +188,7 @@ def campaign(
     time_run: Annotated[
         bool, typer.Option("--time-run", help="Also write one run as time data with a tacho.")
     ] = False,
+    family: Family = "",
 ) -> None:
     """Write a measurement campaign: raw channels of runs, shaker runs, suppliers' curves.
 
@@ -193,6 +205,7 @@ def campaign(
         TimeRunPlan,
     )
     from deboom.bench.campaign_writer import write_campaign
+    from deboom.bench.families import draw_family
     from deboom.bench.powertrain import load_bench
     from deboom.progress import progress_bar
 
@@ -203,7 +216,8 @@ def campaign(
     )
     errors = NO_ERRORS if noise_free else CampaignErrors()
     with progress_bar("virtual bench") as progress:
-        write_campaign(folder, seed, plan, errors, progress, load_bench(truth_seed, tilt))
+        bench, drawn = load_bench(truth_seed, tilt), draw_family(family, seed, truth_seed)
+        write_campaign(folder, seed, plan, errors, progress, bench, drawn)
     typer.echo(folder.as_posix())
 
 
@@ -219,6 +233,7 @@ def vehicle(
     ] = "M1",
     body_scatter: BodyScatter = 1.0,
     noise_free: NoiseFree = False,
+    family: Family = "",
 ) -> None:
     """Write one vehicle as a laboratory measures it.
 
@@ -242,6 +257,7 @@ def vehicle(
             truth_seed=truth_seed,
             tilt=tilt,
             body_scatter=body_scatter,
+            family=family,
         )
         typer.echo(folder.as_posix())
 
@@ -355,6 +371,7 @@ def electric_car(
     mount_storage: MountStorage = 1.0,
     mount_loss: MountLoss = 1.0,
     noise_free: NoiseFree = False,
+    family: Family = "",
 ) -> None:
     """Write one electric car and its compressor as a laboratory measures them.
 
@@ -378,7 +395,7 @@ def electric_car(
         mount_loss,
         truth_seed=truth_seed,
     )
-    write_electric_car(folder, seed, car, fleet, level, plan, noise_free=noise_free)
+    write_electric_car(folder, seed, car, fleet, level, plan, noise_free=noise_free, family=family)
     typer.echo(folder.as_posix())
 
 

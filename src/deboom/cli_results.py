@@ -26,23 +26,23 @@ STUDIES = Annotated[
 
 def list_(
     results: Annotated[Path, typer.Argument(help="Folder with results.")] = Path("results"),
-    html: Annotated[
-        bool, typer.Option("--html", help="Also write a page of all runs, index.html.")
-    ] = False,
+    html: Annotated[bool, typer.Option("--html", hidden=True)] = False,
 ) -> None:
     """List finished, running and unfinished runs: question, seed, date and headline numbers.
 
-    An unfinished run was interrupted. `deboom run STUDY --resume RUN` continues it.
+    An unfinished run was interrupted. `deboom run STUDY --resume RUN` continues it. `deboom serve`
+    shows all runs in the browser.
     """
-    from deboom.runs.overview import list_lines, refresh_overview
+    from deboom.errors import InputError
+    from deboom.runs.overview import list_lines
 
+    if html:
+        raise InputError(
+            f"--html is no option any more: `deboom serve {results.as_posix()}` shows all runs in "
+            "the browser"
+        )
     for line in list_lines(results):
         typer.echo(line)
-    if html:
-        page = refresh_overview(results)
-        if page is None:
-            raise typer.Exit(2)
-        typer.echo(page.as_posix())
 
 
 def show(

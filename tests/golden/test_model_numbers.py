@@ -13,7 +13,13 @@ WIDER = {
 """An iteration, which may end elsewhere on another processor, and last digits of texts."""
 
 
-@pytest.mark.parametrize("name", NUMBERS)
+WHOLE = "characterised stiffness"
+SLOW = pytest.mark.slow("writes, reads and characterises a whole campaign")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=SLOW) if name == WHOLE else name for name in NUMBERS]
+)
 def test_numbers_stay(name):
     pinned = json.loads(PATH.read_text(encoding="utf-8"))[name]
     computed = compute(name)

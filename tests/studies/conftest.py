@@ -1,32 +1,52 @@
 """What all tests of whole studies share."""
 
 import json
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 from summary_keys import described, undefined
 
-from deboom.runs.runner import Study, load_study
-from pinned_pages import run_aloud
+from deboom.runs.runner import Study
+from pinned_pages import pictures_described, run_aloud
 
 STUDIES = Path(__file__).parents[2] / "studies"
-FRONT_STUDY = STUDIES / "u06_robust_front.py"
 
 WHOLE_PICTURES = ("study_resume",)
 """Modules that hold all files of two runs together."""
 
-WITHOUT_PICTURES = ("compressor_unbalance", "foreign_platform", "mount_characterisation")
-"""Modules of tests that look at numbers alone."""
+PICTURES_IN_WORDS = (
+    "accept",
+    "compare_runs",
+    "compressor_robust_front",
+    "driven",
+    "fleet_correlation",
+    "supplier_sheet",
+    "synthesis_validation",
+    "u06_sensitivity",
+)
+"""Modules in which pictures of many runs are looked at."""
+
+PINNED_IN_WORDS = (
+    "commonality",
+    "component_tpa",
+    "measured_uncertainty",
+    "mount_selection",
+    "second_engine",
+    "solution_box",
+    "tolerance_allocation",
+)
+"""Modules whose pinned run has pictures; all others look at numbers and words alone."""
 
 
 @pytest.fixture(scope="module", autouse=True)
 def few_pictures(request):
-    """Describe the pictures of a study, and make none where the tests look at numbers alone."""
+    """Describe the pictures of pinned pages, and make none where tests look at numbers alone."""
     name = request.module.__name__.removeprefix("test_")
-    if name in WITHOUT_PICTURES:
-        request.getfixturevalue("no_pictures")
-    elif name not in WHOLE_PICTURES:
+    if name in PICTURES_IN_WORDS:
         request.getfixturevalue("described_pictures")
+    elif name not in WHOLE_PICTURES:
+        request.getfixturevalue("no_pictures")
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -56,21 +76,11 @@ def budget(request):
 @pytest.fixture(scope="module")
 def finished(request, budget, tmp_path_factory):
     """One run of a module's study that several tests look at."""
-    return run_aloud(request.module.STUDY, tmp_path_factory.mktemp("results"), budget)
+    in_words = request.module.__name__.removeprefix("test_") in PINNED_IN_WORDS
+    with pictures_described() if in_words else nullcontext():
+        return run_aloud(request.module.STUDY, tmp_path_factory.mktemp("results"), budget)
 
 
 @pytest.fixture(scope="module")
 def summary(finished):
     return json.loads((finished / "summary.json").read_text(encoding="utf-8"))
-
-
-@pytest.fixture
-def quick_front(monkeypatch):
-    """Return the front study with 64 draws behind every verified number instead of 1024.
-
-    For tests of its options and words; those of its numbers verify in full.
-    """
-    study = load_study(FRONT_STUDY)
-
-    monkeypatch.setattr(study.module, "VERIFIED", 64)
-    return study

@@ -19,6 +19,7 @@ from deboom.files.acceptance import (
     SupplierSpecification,
     checksum,
     read_delivered_parts,
+    read_measured_sheet,
     read_solution_box,
     write_solution_box,
 )
@@ -109,6 +110,38 @@ def test_mounts_of_one_delivery_may_have_unlike_axes():
     assert table["z [N/mm]"].isna().tolist() == [True, False]
 
 
+def test_a_piece_lies_inside_with_all_of_its_axes():
+    """Half of them with x, for its mean is an end of the interval; all with z."""
+    limited = {"reference_stiffness_n_per_m": 2e5}
+    names = ("TSM x", "TSM z")
+    box = acceptance_box(
+        [variable(name, 0.8, 1.0, **limited) for name in names], box_of().responses
+    )
+    scatter = np.random.default_rng(1).permuted(np.tile(np.linspace(-1.0, 1.0, 30), (2, 1)), axis=1)
+    parts = [
+        DeliveredPart(f"{n}", "B1", "TSM", {"x": 2e5 + 4e3 * x, "z": 1.8e5 + 2e3 * z})
+        for n, (x, z) in enumerate(scatter.T)
+    ]
+    (batch,) = judged_delivery(box, parts, None, 0.0, seed=1).batches
+    assert batch.pieces.middle == pytest.approx(0.5, abs=0.02)
+
+
+@pytest.mark.parametrize(("together", "within"), [(False, 0.2), (True, 0.0)])
+def test_a_car_counts_by_vehicle_or_with_all_of_them(tmp_path, together, within):
+    """The first of five vehicles keeps a limit that nothing reaches, the others keep none."""
+    limits = [100.0, 0.0, 0.0, 0.0, 0.0]
+    vehicles = [
+        response.model_copy(update={"limit": limit})
+        for response, limit in zip(box_of().responses, limits, strict=True)
+    ]
+    box = box_of().model_copy(update={"responses": tuple(vehicles), "together": together})
+    demand = Demand.of_box(box)
+    table = table_of(tmp_path, 0.9 + np.linspace(-0.03, 0.03, 5))
+    parts = read_delivered_parts(table, limited_axes(demand))
+    (batch,) = judged_delivery(demand, parts, read_platform(PLATFORM), 0.0, seed=1).batches
+    assert batch.cars.within.middle == pytest.approx(within, abs=1e-12)
+
+
 def test_a_part_without_a_limited_direction_is_named():
     box = acceptance_box(
         [variable(f"TSM {axis}", 0.8, 1.0, reference_stiffness_n_per_m=2e5) for axis in "xz"],
@@ -173,6 +206,38 @@ STATELESS = dict.fromkeys(
         "static_rate_n_per_mm",
     )
 )
+
+
+@pytest.mark.parametrize(
+    ("column", "wanted", "tolerance"),
+    [("preload [N]", 800.0, 0.05), ("amplitude [mm]", 0.5, 0.1), ("frequency [Hz]", 40.0, 0.02)],
+)
+def test_a_sheet_counts_what_was_measured_near_its_state(tmp_path, column, wanted, tolerance):
+    state = {"preload_n": 800.0, "amplitude_mm": 0.5, "frequency_hz": 40.0, "today_n_per_mm": 200.0}
+    direction = SheetDirection(name="TSM x", duty="must", **STATELESS | state)
+    sheet = SupplierSpecification(
+        mount="TSM",
+        revision="",
+        language="en",
+        box_sha256="",
+        share_stated=0.95,
+        uncertainty=None,
+        directions=(direction,),
+    )
+    row = {"part": "P1", "batch": "B1", "direction": "TSM x", "part number": ""}
+    row |= {"preload [N]": 800.0, "amplitude [mm]": 0.5, "frequency [Hz]": 40.0}
+    row |= {"|K| [N/mm]": 180.0, "K' [N/mm]": "", "K'' [N/mm]": "", "loss angle [°]": ""}
+
+    def read(off):
+        table = tmp_path / "measured.csv"
+        pd.DataFrame([row | {column: wanted * (1.0 + off)}]).to_csv(table, index=False)
+        return read_measured_sheet(table, sheet)
+
+    for near in (-0.99 * tolerance, 0.99 * tolerance):
+        assert read(near)[0].stiffness == {"x": pytest.approx(1.8e5)}
+    for far in (-1.01 * tolerance, 1.01 * tolerance):
+        with pytest.raises(InputError, match=f"within {100 * tolerance:g} %: measure it there"):
+            read(far)
 
 
 @pytest.fixture(scope="module")

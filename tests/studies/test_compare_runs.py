@@ -13,6 +13,7 @@ from deboom.errors import InputError
 from deboom.files.front_run import ComparedRun
 from deboom.files.run_folder import RunEntry
 from deboom.pages.comparison import configuration_names
+from deboom.runs.overview import refresh_overview
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold
@@ -67,8 +68,8 @@ def run(model, options, context=None):
     report = Report("Springs", "Which?")
     report.tile(str(len(search.front)), "designs found")
     report.section("Front")
-    report.table("front", pd.DataFrame(sums))
-    report.table("designs", pd.DataFrame(search.front.designs, columns=columns))
+    designs = dict(zip(columns, search.front.designs.T, strict=True))
+    report.table("front", pd.DataFrame(sums | designs))
     report.table("convergence", pd.DataFrame({"hypervolume [1]": search.hypervolume}))
     report.summary["n_front"] = len(search.front)
     report.facts["verification_draws"] = 1024
@@ -203,7 +204,7 @@ def copied(run, folder):
     ("damage", "words"),
     [
         (lambda run: (run / "front.csv").unlink(), "front.csv is missing"),
-        (lambda run: (run / "designs.csv").write_text("point\n1\n"), "designs.csv has been edited"),
+        (lambda run: (run / "front.csv").write_text("a\n1\n"), "front.csv has been edited"),
         (lambda run: (run / "run.json").write_text("{"), "damaged"),
         (lambda run: (run / "run.json").unlink(), "no run folder"),
     ],
@@ -259,8 +260,8 @@ def test_a_script_of_another_model_is_refused(pair, studies, judged, tmp_path, o
 
 
 def test_list_show_and_the_page_of_all_runs(pair, compared, results, tmp_path):
-    listed = call("list", results, "--html")
-    told = ("five springs", "seed 2", pair[0].name, "(designs found)", "not decided", "index.html")
+    listed = call("list", results)
+    told = ("five springs", "seed 2", pair[0].name, "(designs found)", "not decided")
     for words in told:
         assert words in listed.output
     page = (results / "index.html").read_text(encoding="utf-8")
@@ -275,6 +276,7 @@ def test_list_show_and_the_page_of_all_runs(pair, compared, results, tmp_path):
     assert "front.csv has been edited" in call("show", edited).output
     (edited.parent / "broken").mkdir()
     (edited.parent / "broken" / "run.json").write_text("{")
-    assert "damaged" in call("list", tmp_path, "--html").output
-    assert "damaged" in (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert "damaged" in call("list", tmp_path).output
+    assert "damaged" in refresh_overview(tmp_path).read_text(encoding="utf-8")
+    assert "`deboom serve" in call("list", tmp_path, "--html", code=2).stderr
     assert len(call("compare", pair[0], code=2).stderr.strip().splitlines()) == 1

@@ -11,14 +11,15 @@ from deboom.errors import InputError
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.limits import NaturalFrequencies
+from pinned_pages import hold_numbers
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
 LIMITS = STUDY.parent / "data" / "u06_limits.toml"
-BUDGET = {"seed": 1, "generations": 5, "population": 16, "samples": 16}
+BUDGET = {"seed": 1, "generations": 5, "population": 16, "samples": 16, "checks": 64}
 
 
-def run(out, study=None, **changes):
-    return run_study(study or load_study(STUDY), out, {**BUDGET, **changes})
+def run(out, **changes):
+    return run_study(load_study(STUDY), out, {**BUDGET, **changes})
 
 
 def limits_of(tmp_path, text):
@@ -28,11 +29,12 @@ def limits_of(tmp_path, text):
 
 
 @pytest.mark.usefixtures("plain_loops")
-def test_every_pick_keeps_every_limit_and_what_does_not_is_listed(quick_front, tmp_path):
+def test_every_pick_keeps_every_limit_and_what_does_not_is_listed(tmp_path):
     band = {"band": (30.0, 36.0)}
     # descents within limits have their own tests; each of their designs costs static equilibria
     wanted = {"limits": LIMITS, "loss_factors": True, "polish": False}
-    finished = run(tmp_path, quick_front, **wanted, **band)
+    finished = run(tmp_path, **wanted, **band)
+    hold_numbers(finished, "numbers_of_limits_and_losses")
     summary = json.loads((finished / "summary.json").read_text())
     table = pd.read_csv(finished / "limits.csv")
     low, high = table["at least"].fillna(-np.inf), table["at most"].fillna(np.inf)
@@ -50,10 +52,10 @@ def test_every_pick_keeps_every_limit_and_what_does_not_is_listed(quick_front, t
 
 
 @pytest.mark.usefixtures("plain_loops")
-def test_no_booming_peak_of_the_front_rises_by_more_than_is_allowed(quick_front, tmp_path):
+def test_no_booming_peak_of_the_front_rises_by_more_than_is_allowed(tmp_path):
     """Named designs keep the limit, beside those of the mounts, and others miss it."""
     band = {"band": (30.0, 60.0), "motion": Motion.prescribed}
-    finished = run(tmp_path, quick_front, limits=LIMITS, peak_rise=0.2, **band)
+    finished = run(tmp_path, limits=LIMITS, peak_rise=0.2, **band)
     number = "rise of a booming peak [dB]"
     rise = pd.read_csv(finished / "limits.csv").set_index("number").loc[number]
     assert rise["at most"] == 0.2
@@ -70,15 +72,13 @@ def test_a_rise_that_cannot_be_is_refused(tmp_path, peak_rise):
         run(tmp_path, peak_rise=peak_rise)
 
 
-def test_a_powertrain_that_is_not_held_stably_costs_its_modes_only(
-    quick_front, tmp_path, monkeypatch
-):
+def test_a_powertrain_that_is_not_held_stably_costs_its_modes_only(tmp_path, monkeypatch):
     def unstable(*_):
         raise InputError("the stiffness has a negative direction")
 
     monkeypatch.setattr(NaturalFrequencies, "solved", unstable)
     small = {"generations": 1, "population": 4, "samples": 2, "band": (30.0, 33.0)}
-    page = (run(tmp_path, quick_front, **small) / "report.html").read_text(encoding="utf-8")
+    page = (run(tmp_path, **small) / "report.html").read_text(encoding="utf-8")
     assert "Sag, travel and modes are not known: the stiffness has a negative direction" in page
     assert "modes of the powertrain are not known: the stiffness has a negative" in page
 
@@ -111,11 +111,13 @@ def test_loss_factors_are_refused_where_mounts_settle_elsewhere(tmp_path):
 
 
 @pytest.mark.usefixtures("plain_loops")
-def test_vehicles_have_weights_limits_of_levels_and_objectives_of_their_own(quick_front, tmp_path):
+def test_vehicles_have_weights_limits_of_levels_and_objectives_of_their_own(tmp_path):
     """Means are averages with the weights, and no vehicle of a pick is louder than today."""
     path = limits_of(tmp_path, '[[level]]\nat_most_db = "today"\n')
     small = {"band": (30.0, 36.0), "motion": Motion.prescribed, "weight": ["U06-5=3"]}
-    finished = run(tmp_path, quick_front, limits=path, also=["mean=U06-5"], **small)
+    small["polish"] = False
+    finished = run(tmp_path, limits=path, also=["mean=U06-5"], **small)
+    hold_numbers(finished, "numbers_of_weights_and_further_objectives")
     levels = pd.read_csv(finished / "level_limits.csv").set_index("number")
     assert len(levels) == 5
     picks = pd.read_csv(finished / "picks.csv").set_index("design")
@@ -135,5 +137,6 @@ def test_vehicles_have_weights_limits_of_levels_and_objectives_of_their_own(quic
     assert "In each mean of the vehicles the weights are U06-5 3, every other one 1." in page
     assert "weighted mean" in page
     assert "Beside the mean level and its σ the search minimised mean of SPLV, U06-5." in page
+    assert "Two objectives" not in page
     record = json.loads((finished / "run.json").read_text())
     assert any(name.endswith("limits.toml") for name in record["inputs_sha256"])

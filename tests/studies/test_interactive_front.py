@@ -43,6 +43,7 @@ def arguments_on(platform):
         "population": 12,
         "samples": 4,
         "polish": False,
+        "checks": 64,
         "loss_factors": True,
         "load_case": ["high=2", "low=1"],
     }
@@ -61,7 +62,6 @@ def folder(tmp_path_factory):
             figure(self, stem, *words)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(study.module, "VERIFIED", 64)
         patch.setattr(Report, "figure", shown)
         return run_study(study, home / "results", arguments)
 
@@ -173,7 +173,6 @@ def saved(folder, design):
 
 @pytest.mark.usefixtures("plain_loops", "no_pictures")
 def test_a_saved_design_begins_a_search_and_gets_sheets(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(load_study("u06_robust_front").module, "VERIFIED", 64)
     monkeypatch.setattr(supplier_numbers, "REPETITIONS", 40)
     design = np.full(30, 0.95)
     path = saved(tmp_path, design)

@@ -1,4 +1,4 @@
-"""What deboom 0.2.0 wrote still opens, or is refused with the remedy."""
+"""What deboom 0.3.0 wrote still opens, or is refused with the remedy."""
 
 import shutil
 from pathlib import Path
@@ -8,69 +8,95 @@ import pandas as pd
 import pytest
 
 import deboom
-from command_line import call
+from command_line import call, refused
+from deboom.files.acceptance import checksum, read_specification
+from deboom.runs.runner import load_study
 
-OLD = Path(__file__).parents[1] / "data" / "deboom-0.2.0"
-FINISHED = OLD / "results" / "u06_robust_front" / "2026-11-26_184520_seed1"
-UNFINISHED = "2026-11-26_184652_seed1"
-STUDIES = Path(__file__).parents[2] / "studies"
+OLD = Path(__file__).parents[1] / "data" / "deboom-0.3.0"
+RESULTS = OLD / "results"
+FRONT = RESULTS / "u06_robust_front" / "2026-11-28_213048_seed1"
+UNFINISHED = "2026-11-28_213746_seed1"
+PLATFORM = RESULTS / "u06_platform" / "2026-11-28_213805_seed1"
+SENSITIVITY = RESULTS / "u06_sensitivity" / "2026-11-28_213047_seed1"
+BOX = RESULTS / "solution_box" / "2026-11-28_213837_seed1"
+SHEET = OLD / "supplier_sheet_TSM.xlsx"
+MEAN, SIGMA = "SPLV mean sum [dB(A)]", "SPLV sigma sum [dB]"
 
 
-def test_a_run_opens_with_designs_beside_objectives_and_picks_of_todays_spelling():
-    front = deboom.read_run(FINISHED).front
-    designs = pd.read_csv(FINISHED / "designs.csv")
-    assert list(designs.columns[1:]) == list(front.variables)
-    np.testing.assert_array_equal(front.designs, designs.iloc[:, 1:])
-    np.testing.assert_array_equal(
-        front.objectives,
-        pd.read_csv(FINISHED / "front.csv")[["SPLV mean sum [dB(A)]", "SPLV sigma sum [dB]"]],
-    )
-    assert dict(front.picks) == {
-        "best-mean": 0,
-        "none-louder": 0,
-        "sigma-kept": 1,
-        "best-sigma": 9,
+@pytest.mark.parametrize("folder", [FRONT, PLATFORM])
+def test_the_front_of_a_run_opens(folder):
+    front = deboom.read_run(folder).front
+    table = pd.read_csv(folder / "front.csv").fillna({"pick": ""})
+    np.testing.assert_array_equal(front.objectives, table[[MEAN, SIGMA]])
+    np.testing.assert_array_equal(front.designs, table[list(front.variables)])
+    assert len(front.variables) == 12
+    for name, row in front.picks.items():
+        assert name in table["pick"][row]
+    assert front.convergence.shape == (len(pd.read_csv(folder / "convergence.csv")),)
+
+
+def test_designs_and_indices_of_a_run_open():
+    assert deboom.read_run(PLATFORM).doe.doe.designs.shape == (32, 12)
+    indices = pd.read_csv(SENSITIVITY / "sobol.csv")
+    pd.testing.assert_frame_equal(deboom.read_run(SENSITIVITY).sobol, indices)
+
+
+def test_runs_are_listed_and_shown():
+    lines = call("list", RESULTS).stdout
+    for run in (FRONT, PLATFORM, SENSITIVITY, BOX):
+        assert f"finished    {run.parent.name}  {run.as_posix()}" in lines
+        assert "All files are as the run wrote them." in call("show", run).stdout
+    assert f"unfinished  u06_robust_front  {FRONT.parent}/{UNFINISHED}.unfinished" in lines
+
+
+def test_runs_are_served_with_the_search_of_the_unfinished_one():
+    serve = pytest.importorskip("deboom.runs.serve")
+    folder = serve.ResultsFolder(RESULTS, "/files/")
+    shown = folder.runs()
+    assert not shown["problems"]
+    assert {run["folder"] for run in shown["runs"] if run["picks"]} == {
+        run.relative_to(RESULTS).as_posix() for run in (FRONT, PLATFORM)
     }
-    assert front.convergence.shape == (4,)
+    assert len(shown["runs"]) == 5
+    (search,) = folder.search(f"u06_robust_front/{UNFINISHED}.unfinished")["searches"]
+    assert (search["generation"], search["planned"]) == (2, 3)
+
+
+def test_fronts_are_compared_and_begin_a_box():
+    """The models are built again and give the runs' own figures, or the runs are refused."""
+    compare, box = load_study("compare"), load_study("solution_box")
+    runs = compare.model(compare.effective({"runs": [FRONT, PLATFORM]}))
+    assert {run.entry.study for run in runs} == {"u06_robust_front", "u06_platform"}
+    options = box.module.Options(front=FRONT)
+    begin = box.module.pareto_point(box.module.prepare(options), options, lambda *_: None)
+    front = deboom.read_run(FRONT).front
+    np.testing.assert_array_equal(begin, front.designs[front.picks["best-mean"]])
 
 
 def test_pages_for_a_supplier_and_to_explore_are_made_of_a_run_box_and_sheet(tmp_path):
-    box, sheet = OLD / "acceptance_box.json", OLD / "supplier_sheet_TSM.xlsx"
-    words = ("--supplier", "--box", box, "--since", sheet, "--mount", "TSM", "--out", tmp_path)
-    call("report", FINISHED, *words, "--studies", STUDIES)
-    page = (tmp_path / "supplier_sheet_TSM.html").read_text(encoding="utf-8")
-    assert FINISHED.name in page
-    call("report", FINISHED, "--interactive", "--out", tmp_path, "--studies", STUDIES)
+    words = ("--box", BOX, "--since", SHEET, "--mount", "TSM", "--out", tmp_path)
+    call("report", FRONT, "--supplier", *words, "--interactive")
+    assert FRONT.name in (tmp_path / "supplier_sheet_TSM.html").read_text("utf-8")
     assert "best-mean = none-louder" in (tmp_path / "interactive.html").read_text("utf-8")
 
 
-def test_an_unfinished_run_is_refused_with_the_remedy_and_goes_on_with_it(tmp_path):
-    shutil.copytree(OLD / "results", tmp_path / "out")
-    command = ("run", STUDIES / "u06_robust_front.py", "--out", tmp_path / "out")
-    refused = call(*command, "--resume", UNFINISHED, code=2).stderr
-    assert "another text of the study" in refused
-    assert "--other-code" in refused
-    call(*command, "--resume", UNFINISHED, "--other-code")
-    run = deboom.read_run(tmp_path / "out" / "u06_robust_front" / UNFINISHED)
-    assert "begun_with" in run.record
-    kept = run.folder / "search" / "evaluations" / "000002.npz"
-    old = OLD / "results" / "u06_robust_front" / f"{UNFINISHED}.unfinished" / "search"
-    assert kept.read_bytes() == (old / "evaluations" / "000002.npz").read_bytes()
-
-
-def test_box_and_library_open():
-    assert deboom.read_solution_box(OLD / "acceptance_box.json").group == "U06"
-    with deboom.open_library(OLD / "tsm.db") as library:
+def test_box_sheet_and_library_open():
+    box = deboom.read_solution_box(BOX)
+    assert (box.group, box.limit_below_today_db) == ("U06", 0.5)
+    sheet = read_specification(SHEET)
+    assert sheet.mount == "TSM"
+    assert sheet.box_sha256 == checksum(box.model_dump(mode="json"))
+    with deboom.open_library(OLD / "du.db") as library:
         (identity,) = library.identities()
-        assert library.load(identity).mount.name == "TSM"
+        assert library.load(identity).mount.name == "Du"
 
 
-@pytest.mark.parametrize("name", ["index", "vehicles", "splv_change"])
-def test_names_of_a_front_that_moved_say_where_to(name):
-    model = deboom.ResponseFunction(lambda x: x**2, ("a",), ("y",), "dB")
-    robust = deboom.Robust(model, model.design_space(), draws=16)
-    front = deboom.search(robust, population=4, generations=1, verified_with=16)
-    with pytest.raises(AttributeError, match=r"take (model|responses|deboom\.vehicles)"):
-        getattr(front, name)
-    with pytest.raises(deboom.InputError, match="a pick is spelled 'best-mean', not 'best mean'"):
-        front.picks["best mean"]
+def test_an_unfinished_run_is_refused_with_the_remedy_and_stays(tmp_path):
+    shutil.copytree(FRONT.parent, tmp_path / "u06_robust_front")
+    folder = tmp_path / "u06_robust_front" / f"{UNFINISHED}.unfinished"
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    refused(
+        ("run", "u06_robust_front", "--out", tmp_path, "--resume", UNFINISHED),
+        "resume it with the versions that wrote it (deboom 0.3.0), start a new run",
+    )
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before

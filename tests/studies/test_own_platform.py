@@ -31,18 +31,16 @@ def folder(tmp_path_factory):
 
 
 @pytest.mark.usefixtures("plain_loops", "no_pictures")
-def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(
-    folder, quick_front, monkeypatch, tmp_path
-):
+def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(folder, monkeypatch, tmp_path):
     monkeypatch.setattr(supplier_numbers, "REPETITIONS", 40)
     summary = call("check", folder).stdout
     assert "4, 12 variables" in summary
     assert "3 in group family" in summary
     assert "161 lines in 40 to 120 Hz: 1200 to 3600 rpm of order 2" in summary
-    budget = ("--generations", "2", "--population", "8", "--samples", "8", "--no-polish")
-    budget += ("--band", "60", "70")
+    budget = ("--generations", "1", "--population", "6", "--samples", "8", "--no-polish")
+    budget += ("--band", "60", "70", "--checks", "64")
     options = ("--platform", folder, "--mounts", "spectra", "--out", tmp_path)
-    run = Path(call("run", quick_front.name, *options, *budget).stdout.splitlines()[-1])
+    run = Path(call("run", "u06_robust_front", *options, *budget).stdout.splitlines()[-1])
     assert '"group": []' in (run / "run.json").read_text()
     assert len(pd.read_csv(run / "front.csv")) >= 1
     said = " ".join(path.read_text(encoding="utf-8") for path in run.glob("*.csv"))

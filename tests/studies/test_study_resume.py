@@ -435,6 +435,7 @@ def test_nobody_at_the_address(monkeypatch):
         pass
 
 
+@pytest.mark.slow("starts a cluster of Dask as its users do")
 def test_a_killed_scheduler_leaves_a_run_that_resume_takes(study, tmp_path, monkeypatch):
     file = tmp_path / "scheduler.json"
     program = (sys.executable, "-m")

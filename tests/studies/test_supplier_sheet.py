@@ -558,23 +558,14 @@ def test_a_sheet_of_another_box_is_refused(anonymous, box_run, tmp_path):
     refused(("accept", tmp_path / "box.json", path, "--out", tmp_path), "was made with the box")
 
 
-def test_a_sheet_of_0_2_0_is_judged_as_it_was_issued(tmp_path):
-    old = Path(__file__).parents[1] / "data" / "deboom-0.2.0"
-    sheet, box = old / "supplier_sheet_TSM.xlsx", old / "acceptance_box.json"
-    sent = acceptance.read_specification(sheet)
-    assert (sent.version, sent.part_number, sent.issued, sent.cpk) == (1, "", "", None)
-    must = sent.musts["x"]
-    middle = 0.5 * (must.lower + must.upper) * must.today_n_per_mm
-    path = filled(sheet, tmp_path / "back.xlsx", middle * np.linspace(0.98, 1.02, 20))
-    for demand in (box, sheet):
-        result = call("accept", demand, path, "--out", tmp_path)
-        run = Path(result.stdout.strip().splitlines()[-1])
-        assert json.loads((run / "summary.json").read_text())["n_batches_passed"] == 1
-        table = pd.read_csv(run / "capability.csv")
-        assert "Cpk demanded [1]" not in table
-    raw = {**sent.document, "cpk": 1.33}
-    with pytest.raises(ValueError, match="version 1 has no part number, no date and no Cpk"):
-        acceptance.SupplierSpecification.model_validate(raw)
+def test_a_sheet_of_another_version_is_refused(anonymous, tmp_path):
+    path = filled(anonymous[1], tmp_path / "back.xlsx", [300.0, 301.0])
+    book = openpyxl.load_workbook(path)
+    cell = book["deboom"]["B2"]
+    cell.value = cell.value.replace('"version": 2', '"version": 1')
+    book.save(path)
+    with pytest.raises(InputError, match="sheet of version 1, this deboom reads version 2: issue"):
+        acceptance.read_specification(path)
 
 
 def test_an_edited_box_of_a_finished_run_is_refused(anonymous, box_run, tmp_path):
@@ -613,6 +604,9 @@ def test_an_older_sheet_marks_what_moved(
     again = report(front_run, "--mount", "TSM", "--out", tmp_path, code=2)
     assert "a sheet that was issued is not overwritten" in again.stderr
     assert (tmp_path / "supplier_sheet_TSM.xlsx").read_bytes() == issued
+
+
+def test_an_older_sheet_of_another_mount_or_of_none_is_refused(front_run, anonymous, tmp_path):
     wrong = report(front_run, "--mount", "Du", "--since", anonymous[1], "--out", tmp_path, code=2)
     assert "that sheet is of mount TSM" in wrong.stderr
     assert "say --mount" in report(front_run, "--since", anonymous[1], code=2).stderr

@@ -55,10 +55,10 @@ def test_a_share_within_limits_is_reached_with_parts_that_have_something_in_comm
     assert "How parts scatter" in (run / "report.html").read_text()
 
 
-def test_a_design_of_a_finished_run_keeps_the_runs_parts(tmp_path, quick_front):
-    search = {"generations": 3, "population": 12, "samples": 16, "polish": False}
+def test_a_design_of_a_finished_run_keeps_the_runs_parts(tmp_path):
+    search = {"generations": 3, "population": 12, "samples": 16, "polish": False, "checks": 64}
     budget = {**search, "parts": PARTS, "motion": Motion.prescribed}
-    run = run_study(quick_front, tmp_path, budget)
+    run = run_study(load_study("u06_robust_front"), tmp_path, budget)
     model = STUDY.model({"from_run": run, "point": 2})
     np.testing.assert_array_equal(model.picked, read_run(run).front.designs[1])
     assert model.robust.structure is not None

@@ -17,7 +17,7 @@ from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import MountSource
 
 STUDY = load_study("u06_platform")
-SEARCH = {"seed": 1, "generations": 3, "population": 8, "samples": 8, "polish": False}
+SEARCH = {"seed": 1, "generations": 3, "population": 8, "samples": 8, "polish": False, "checks": 64}
 SEARCH |= {"mounts": MountSource.spectra, "motion": Motion.prescribed}
 BUDGET = {**SEARCH, "doe": 32, "draws": 4, "n": 8, "resamples": 100}
 
@@ -27,8 +27,6 @@ def few_trajectories_and_pictures():
     """Leave out what takes long and is drawn in the tests of the single studies."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(correlation, "_append_clouds", lambda *_: None)
-        for study in (STUDY, load_study("u06_robust_front")):
-            patch.setattr(study.module, "VERIFIED", 64)
         yield
 
 

@@ -18,15 +18,15 @@ from deboom.runs.rebuilt import rebuilt_model
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import LIBRARY_FILE, MountSource
-from pinned_pages import hold, run_aloud
+from pinned_pages import hold, hold_numbers, pictures_described, run_aloud
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
 PLATFORM = STUDY.parent / "data" / "u06_f39_f45"
 BUDGET = {"seed": 1, "generations": 2, "population": 8, "samples": 16, "polish": False}
 
 
-def run(out, study, **changes):
-    return run_study(study, out, {**BUDGET, **changes})
+def run(out, **changes):
+    return run_study(load_study(STUDY), out, {**BUDGET, "checks": 64, **changes})
 
 
 def _four_designs(robust, **_):
@@ -34,12 +34,18 @@ def _four_designs(robust, **_):
     return robust(np.linspace(space.nominal, space.lower + 0.7 * (space.upper - space.lower), 4))
 
 
-def test_a_front_shows_what_it_showed(tmp_path, described_pictures, monkeypatch):
-    # descents to almost equal designs would order a front by the processor's rounding
-    monkeypatch.setattr(selection._Goal, "descend", lambda _goal, _name, start: start)
-    monkeypatch.setattr(search_module, "converged_front", _four_designs)
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
     options = {**BUDGET, "population": 12, "polish": True}
-    hold(run_aloud(load_study(STUDY), tmp_path, options), "u06_robust_front")
+    with pytest.MonkeyPatch.context() as patch, pictures_described():
+        # descents to almost equal designs would order a front by the processor's rounding
+        patch.setattr(selection._Goal, "descend", lambda _goal, _name, start: start)
+        patch.setattr(search_module, "converged_front", _four_designs)
+        return run_aloud(load_study(STUDY), tmp_path_factory.mktemp("results"), options)
+
+
+def test_a_front_shows_what_it_showed(finished):
+    hold(finished, "u06_robust_front")
 
 
 def test_coupled_motion_is_at_least_as_good_as_the_prescribed_optimum(front_run):
@@ -64,8 +70,8 @@ def test_picks_keep_what_they_promise_when_verified(front_run):
     assert picks.loc["sigma-kept", "change of sigma [%]"] <= 0
 
 
-def test_as_thesis_is_prescribed_motion_with_fresh_draws(quick_front, tmp_path):
-    folder = run(tmp_path, quick_front, as_thesis=True)
+def test_as_thesis_is_prescribed_motion_with_fresh_draws(tmp_path):
+    folder = run(tmp_path, as_thesis=True)
     record = json.loads((folder / "run.json").read_text())
     facts, arguments = record["facts"], record["arguments"]
     assert facts["motion"] == arguments["motion"] == "prescribed"
@@ -79,7 +85,7 @@ def test_as_thesis_is_prescribed_motion_with_fresh_draws(quick_front, tmp_path):
         ({"sampler": Sampler.gaussian}, "leave --sampler out"),
     ):
         with pytest.raises(InputError, match=message):
-            run(tmp_path, quick_front, as_thesis=True, **changes)
+            run(tmp_path, as_thesis=True, **changes)
 
 
 def test_as_thesis_draws_a_hundred_where_nothing_else_is_stated():
@@ -91,9 +97,9 @@ def test_as_thesis_draws_a_hundred_where_nothing_else_is_stated():
 
 
 @pytest.mark.parametrize("group", [["all"], ["F39", "U06"]])
-def test_a_front_of_several_groups_serves_all_their_vehicles(quick_front, tmp_path, group):
+def test_a_front_of_several_groups_serves_all_their_vehicles(tmp_path, group):
     small = {"generations": 1, "samples": 4, "motion": Motion.prescribed, "band": (25.0, 35.0)}
-    folder = run(tmp_path, quick_front, **small, group=group)
+    folder = run(tmp_path, **small, group=group)
     served = list(pd.read_csv(folder / "vehicles.csv")["vehicle"])
     every = read_platform(PLATFORM).fleet
     assert served == list((every if group == ["all"] else every.group(*group)).names)
@@ -106,16 +112,14 @@ def test_surfaces_agree_with_the_spectra_at_the_peaks(front_run):
     assert not check["peaks of one curve only"].any()
 
 
-def test_the_same_seed_gives_the_same_bytes_another_does_not_and_truth_is_never_read(
-    quick_front, tmp_path
-):
+def test_the_same_seed_gives_the_same_bytes_another_does_not_and_truth_is_never_read(tmp_path):
     platform = tmp_path / "platform"
     shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth"))
     assert (PLATFORM / "truth").is_dir()
     small = {"generations": 1, "samples": 4, "motion": Motion.prescribed, "band": (25.0, 35.0)}
-    first = run(tmp_path / "first", quick_front, **small)
-    again = run(tmp_path / "again", quick_front, **small, platform=platform)
-    other = run(tmp_path / "other", quick_front, **small, seed=2)
+    first = run(tmp_path / "first", **small)
+    again = run(tmp_path / "again", **small, platform=platform)
+    other = run(tmp_path / "other", **small, seed=2)
     for name in ("front.csv", "per_vehicle.csv", "stiffness.csv", "peaks.csv"):
         assert (again / name).read_bytes() == (first / name).read_bytes(), name
     assert (other / "front.csv").read_bytes() != (first / "front.csv").read_bytes()
@@ -132,30 +136,43 @@ def test_the_model_of_a_run_is_built_again_without_a_search(front_run):
 
 
 @pytest.mark.parametrize(
-    "changes",
+    ("changes", "name", "objectives"),
     [
-        {"load_case": ["g5_wot120=1", "g6_wot220=0.5"], "nominal_mean": True},
-        {"group": ["F39"], "tolerance": 0.45, "objective": Aim.tail, "control_variate": True},
+        (
+            {"load_case": ["g5_wot120=1", "g6_wot220=0.5"], "nominal_mean": True},
+            "numbers_of_load_cases_at_nominal",
+            "Two objectives, both as small as possible: the sum over the vehicles of the mean SPLV",
+        ),
+        (
+            {"group": ["F39"], "tolerance": 0.45, "objective": Aim.tail, "control_variate": True},
+            "numbers_of_the_worst_parts",
+            "The search minimised mean of the worst 5 %, sum and sigma, sum; picks are those",
+        ),
     ],
+    ids=["nominal", "worst parts"],
 )
-def test_options_change_what_is_asked(quick_front, tmp_path, changes):
-    folder = run(tmp_path, quick_front, **changes, samples=32, generations=1, band=(30.0, 35.0))
+def test_options_change_what_is_asked(tmp_path, changes, name, objectives):
+    folder = run(tmp_path, **changes, samples=32, generations=1, band=(30.0, 35.0))
+    hold_numbers(folder, name)
     assert json.loads((folder / "summary.json").read_text())["n_evaluated"] == 8
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert objectives in page
+    assert page.count("objectives, both") + page.count("The search minimised") == 1
 
 
-def test_spectra_as_source_need_no_library(quick_front, tmp_path):
+def test_spectra_as_source_need_no_library(tmp_path):
     platform = tmp_path / "platform"
     shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth", LIBRARY_FILE))
     small = {"generations": 1, "platform": platform, "motion": Motion.prescribed}
     small["band"] = (38.0, 42.0)
     with pytest.raises(InputError, match=r"has no mount library: export one .*--mounts spectra"):
-        run(tmp_path, quick_front, **small)
-    folder = run(tmp_path, quick_front, **small, mounts=MountSource.spectra)
+        run(tmp_path, **small)
+    folder = run(tmp_path, **small, mounts=MountSource.spectra)
     assert not (folder / "surface_check.csv").exists()
     assert len(json.loads((folder / "run.json").read_text())["inputs_sha256"]) == 30
 
 
-def test_lines_that_no_surface_knows_are_refused_or_measured_by_choice(quick_front, tmp_path):
+def test_lines_that_no_surface_knows_are_refused_or_measured_by_choice(tmp_path):
     platform = tmp_path / "platform"
     shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth"))
     path = platform / "operating" / "g5_wot220_torque.csv"
@@ -165,14 +182,14 @@ def test_lines_that_no_surface_knows_are_refused_or_measured_by_choice(quick_fro
     small = {"generations": 1, "platform": platform, "motion": Motion.prescribed}
     small["band"] = (38.0, 42.0)
     with pytest.raises(InputError, match=r"1 of 241 lines, from 40 to 40 Hz, .* library-inside"):
-        run(tmp_path, quick_front, **small)
-    folder = run(tmp_path, quick_front, **small, mounts=MountSource.library_inside)
+        run(tmp_path, **small)
+    folder = run(tmp_path, **small, mounts=MountSource.library_inside)
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "TSM x (1 of 241 lines are outside)" in page
 
 
 def test_tolerances_may_be_variables_too(tmp_path):
-    folder = run(tmp_path, load_study(STUDY), free_tolerances=True)
+    folder = run(tmp_path, free_tolerances=True)
     table = pd.read_csv(folder / "free_tolerances.csv")
     price = table["price over today's [1]"]
     tolerances = table.filter(regex="^tolerance")
@@ -187,9 +204,9 @@ def test_tolerances_may_be_variables_too(tmp_path):
     assert "At no higher price than today" in page
 
 
-def test_the_answer_is_two_pages_of_paper(front_run, browser, tmp_path):
+def test_the_answer_is_two_pages_of_paper(finished, browser, tmp_path):
     """What stands behind the answer begins on a page of its own, and is left out here."""
-    page = (front_run / "report.html").read_text(encoding="utf-8")
+    page = (finished / "report.html").read_text(encoding="utf-8")
     assert 'class="behind"' in page
     hidden = "<style>.behind, .behind ~ *, footer { display: none !important; }</style></head>"
     answer = tmp_path / "answer.html"

@@ -103,6 +103,7 @@ def test_missing_study_and_file_that_is_no_study(tmp_path):
     script.write_text('"""A question?"""\n')
     refused(("run", script), "Options", "prepare(options)")
     refused(("run", "u06_robust_fron"), "did you mean u06_robust_front?")
+    refused(("run", "second_engine"), "is an example now, examples/mounts/plot_second_engine.py")
     script.write_text("def main(:\n")
     refused(("run", script), "line 1")
 

@@ -73,8 +73,8 @@ GIVEN = {
     "vehicle": (
         (vehicle_writer, "write_vehicle"),
         "--seed 3 --vehicle F45-2 --mount-set M4 --noise-free --truth-seed 5 --tilt 20 "
-        "--body-scatter 2",
-        (3, "F45-2", "M4", vehicle_writer.NO_VEHICLE_ERRORS, 5, 20.0, 2.0),
+        "--body-scatter 2 --family truck,noise=2",
+        (3, "F45-2", "M4", vehicle_writer.NO_VEHICLE_ERRORS, 5, 20.0, 2.0, "truck,noise=2"),
     ),
     "compressor": (
         (compressor_writer, "write_compressor_test"),
@@ -104,7 +104,8 @@ GIVEN = {
     ),
     "electric-car": (
         (electric_car_writer, "write_electric_car"),
-        f"--car EV-3 --fleet 7 --seed 2 --truth-seed 5 --level C1 --identical-mounts {BOTH}",
+        f"--car EV-3 --fleet 7 --seed 2 --truth-seed 5 --level C1 --identical-mounts {BOTH} "
+        "--family light",
         (
             2,
             "EV-3",
@@ -114,6 +115,7 @@ GIVEN = {
                 CompressorPlan(TABLE11, True), HoseCase.DISPLACED, True, 0.9, 1.1, truth_seed=5
             ),
             True,
+            "light",
         ),
     ),
 }
@@ -125,9 +127,15 @@ def test_options_reach_the_bench(command, tmp_path, monkeypatch):
     received = []
 
     def write(
-        *given, noise_free=None, progress=None, truth_seed=None, tilt=None, body_scatter=None
+        *given,
+        noise_free=None,
+        progress=None,
+        truth_seed=None,
+        tilt=None,
+        body_scatter=None,
+        family=None,
     ):
-        stated = (noise_free, truth_seed, tilt, body_scatter)
+        stated = (noise_free, truth_seed, tilt, body_scatter, family)
         received.append((*given, *(each for each in stated if each is not None)))
 
     monkeypatch.setattr(*writer, write)

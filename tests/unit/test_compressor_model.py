@@ -497,3 +497,8 @@ def test_loads_are_taken_at_the_lines_of_the_sweep():
         np.testing.assert_array_equal(
             truth.load_of(SimpleNamespace(sweep=name, frequency=at)), expected
         )
+
+
+def test_hoses_that_halve_a_misfit_explain_three_quarters_of_its_square():
+    assert HosePresence("sweep", misfit=4.0, misfit_with_hoses=2.0).explained == 0.75
+    assert HosePresence("sweep", misfit=4.0, misfit_with_hoses=4.0).explained == 0.0

@@ -266,6 +266,12 @@ def test_the_noise_of_a_difference_by_hand():
     assert "3 seeds of each" in difference(first, pair).text
 
 
+def test_the_last_gain_is_that_of_the_last_fifth_of_the_generations():
+    assert last_gain(np.arange(10.0) ** 2) == 9.0**2 - 7.0**2
+    assert last_gain(np.arange(100.0)) == 20.0
+    assert np.isnan(last_gain(np.array([1.0])))
+
+
 def rows(*objectives):
     """Values with the objectives given as (mean_sum, sigma_sum); None is a failed design."""
     failed = np.array([pair is None for pair in objectives])
@@ -487,3 +493,38 @@ def test_a_fixed_variable_stays_where_it_is():
     better = selection.improved(exact, search.evaluated, today)
     assert (better.designs[:, 0] == 1.0).all()
     assert better.mean_sum.min() < search.front.mean_sum.min()
+
+
+def test_a_front_is_thinned_in_its_box_and_not_in_the_units_of_its_objectives():
+    """Whatever the units are, the same designs stay."""
+    x = np.linspace(0.0, 1.0, 17)
+    arc = np.c_[x, (1.0 - x) ** 3]
+    designs = np.zeros((17, 1))
+    stay = [
+        thinned(
+            RobustValues(arc, designs, designs, *sums.T, *sums.T, np.zeros(17, bool)), 5
+        ).designs
+        for sums in (arc * scale for scale in ((1.0, 1.0), (1.0, 1024.0), (1024.0, 1.0)))
+    ]
+    assert len(stay[0]) == 5
+    np.testing.assert_array_equal(stay[0][[0, -1]], arc[[0, -1]])
+    np.testing.assert_array_equal(stay[1], stay[0])
+    np.testing.assert_array_equal(stay[2], stay[0])
+
+
+def test_a_front_of_three_objectives_is_thinned_in_its_box_too():
+    """The reference point lies beyond the box: numbers far above 1 would all lie outside."""
+    x, y = np.random.default_rng(1).uniform(size=(2, 40))
+    plane = np.c_[x, y, 2.0 - x - y]
+    zeros = np.zeros(40)
+    stay = [
+        thinned(
+            RobustValues(
+                plane, plane, plane, *[zeros] * 4, np.zeros(40, bool), objectives=plane * scale
+            ),
+            9,
+        ).designs
+        for scale in ((1.0, 1.0, 1.0), (1024.0, 1.0, 1.0), (1.0, 1024.0, 1024.0))
+    ]
+    np.testing.assert_array_equal(stay[1], stay[0])
+    np.testing.assert_array_equal(stay[2], stay[0])

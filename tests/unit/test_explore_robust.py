@@ -69,6 +69,21 @@ def test_standard_error_of_sigma_by_hand():
     )
 
 
+@pytest.mark.parametrize("degree", [1, 2])
+def test_the_standard_error_of_a_mean_is_that_of_what_each_draw_surprises_the_others_by(degree):
+    """Few draws pull the fit towards themselves: least squares without each in turn do not."""
+    random = np.random.default_rng(1)
+    draws, responses = random.uniform(-2.0, 2.0, (9, 2)), random.standard_normal((9, 1))
+    terms = np.hstack([np.ones((9, 1)), *(draws**power for power in range(1, degree + 1))])
+    surprise = np.empty(9)
+    for left_out in range(9):
+        others = np.arange(9) != left_out
+        fit = np.linalg.lstsq(terms[others], responses[others, 0], rcond=None)[0]
+        surprise[left_out] = responses[left_out, 0] - terms[left_out] @ fit
+    moments = Estimator(degree)(draws).moments(responses)
+    assert moments.mean_error == pytest.approx(surprise.std(ddof=1) / 3.0, rel=1e-9)
+
+
 def test_standard_errors_honour_the_correlation_of_the_responses():
     sample = sobol_sample(2, 64, seed=1)
     same = model(lambda designs: np.repeat(linear(designs)[:, :1], 2, axis=1))

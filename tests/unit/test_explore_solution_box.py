@@ -8,7 +8,14 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore import largest_box
-from deboom.explore.box import Box, BoxQuestion, lower_bound, smooth_share, verified_share
+from deboom.explore.box import (
+    Box,
+    BoxQuestion,
+    bernstein_gap,
+    lower_bound,
+    smooth_share,
+    verified_share,
+)
 from deboom.explore.space import ResponseFunction, sobol_points
 from samples.known_boxes import LinearProblem, QuadraticProblem
 from samples.known_truth import quad2
@@ -47,6 +54,19 @@ def test_the_smooth_share_has_exact_derivatives(together):
         change[place] = step
         difference = (share(ends + change) - share(ends - change)) / (2.0 * step)
         assert gradient[place] == pytest.approx(difference, rel=2e-4, abs=1e-6)
+
+
+@pytest.mark.parametrize("lost", [0, 7])
+def test_a_pull_back_gives_the_derivatives_of_a_gradient(lost):
+    """A part whose sum is lost counts with those of its derivatives that are not."""
+    question, unit = bowls(), sobol_points(2, 1024, seed=1, purpose="derivatives")
+    ends = np.array([[0.7, 0.8], [1.1, 1.2]])
+    pulled = replace(question, response=_PulledBack(question.response, lost))
+    share, by_end = smooth_share(question, ends, unit, 0.05)
+    share_of_sums, by_end_of_sums = smooth_share(pulled, ends, unit, 0.05)
+    assert share_of_sums == share
+    assert by_end_of_sums == pytest.approx(by_end, rel=1e-12)
+    assert pulled.response.n_gradients == lost
 
 
 def test_a_hard_step_is_the_limit_of_the_smooth_share():
@@ -110,6 +130,31 @@ def test_the_bound_counts_parts_and_not_responses():
 def test_a_start_box_is_the_bounds_shrunk_about_its_design():
     half = largest_box._box_around(bowls(), np.array([0.6, 1.2]), 0.5)
     assert np.concatenate([half.lower, half.upper]) == pytest.approx([0.5, 0.8, 1.1, 1.4])
+
+
+class _PulledBack:
+    """Responses with a pull-back whose first sums are not finite."""
+
+    response_unit = "1"
+
+    def __init__(self, model, lost):
+        self.model, self.lost, self.n_gradients = model, lost, 0
+        self.variable_names, self.response_names = model.variable_names, model.response_names
+
+    def __call__(self, designs):
+        return self.model(designs)
+
+    def gradient(self, designs):
+        self.n_gradients += len(designs)
+        return self.model.gradient(designs)
+
+    def linearised(self, designs):
+        def pull_back(weights):
+            slopes = np.einsum("onr,nrk->onk", weights, self.model.gradient(designs))
+            slopes[:, : self.lost, 0] = np.nan
+            return slopes
+
+        return self.model(designs), pull_back
 
 
 class _Twins:
@@ -205,8 +250,9 @@ def test_a_part_that_cannot_be_computed_keeps_no_limit():
 def test_peers_keep_the_share_at_their_limit():
     question = bowls()
     about = largest_box.tolerance_box(question.names, np.ones(2), 0.15)
-    raised = question.lowered(-largest_box.kept_offset(question, about, seed=1))
     unit = sobol_points(2, 65536, seed=1, purpose="kept limit")
+    excess = question.excess(about.at(unit))
+    raised = question.lowered(-np.quantile(excess, question.share, method="higher"))
     assert raised.share_of(about, unit) == pytest.approx(0.9, abs=2e-4)
     box = largest_box.largest_box(raised, seed=1, points=[np.ones(2)], effort=QUICK)
     assert box.box.width.prod() > 1.1 * about.width.prod()
@@ -227,3 +273,7 @@ def test_resizing_moves_no_end_that_is_a_bound():
     grown = largest_box.resized(question, box, 0.2)
     assert grown.lower.tolist() == pytest.approx([0.0, 0.35, 0.0])
     assert grown.upper.tolist() == pytest.approx([1.1, 2.0, 2.0])
+
+
+def test_bernsteins_bound_of_equal_shares():
+    assert bernstein_gap(0.0, 10, 0.95) == pytest.approx(7 * np.log(40) / 27, rel=1e-14)

@@ -108,24 +108,24 @@ SCRIPT = """
 import numpy as np
 import deboom
 
-class Table:
-    variable_names, response_names, response_unit = ("a", "b"), ("y",), "dB"
-    def __init__(self):
-        self.rows = np.random.default_rng(1).normal(size=(400, 400))  # more than a pipe holds
-    def __call__(self, x):
-        return ((x - 0.9) ** 2).sum(axis=1, keepdims=True) + 0.0 * self.rows[0, 0]
-
 shift = 0.9
 
 def small(x):
     return ((x - shift) ** 2).sum(axis=1)
 
 function = deboom.ResponseFunction(small, ("a", "b"), ("y",), "dB")
+
+class Table:
+    variable_names, response_names, response_unit = ("a", "b"), ("y",), "dB"
+    def __init__(self):
+        self.rows = np.random.default_rng(1).normal(size=(400, 400))  # more than a pipe holds
+    def __call__(self, x):
+        return function(x) + 0.0 * self.rows[0, 0]
+
 budget = dict(population=8, generations=2, polish=False, verified_with=16)
-for model in (Table(), function):
-    robust = deboom.Robust(model, function.design_space(), draws=16)
-    one, two = (deboom.search(robust, workers=n, **budget) for n in (1, 2))
-    print(np.array_equal(one.values.objectives, two.values.objectives))
+robust = deboom.Robust(Table(), function.design_space(), draws=16)
+one, two = (deboom.search(robust, workers=n, **budget) for n in (1, 2))
+print(np.array_equal(one.values.objectives, two.values.objectives))
 """
 
 
@@ -144,7 +144,7 @@ def test_what_a_script_without_a_guard_or_a_notebook_defines_reaches_the_workers
             check=False,
             timeout=300,
         )
-    assert done.stdout == "True\nTrue\n", done.stderr
+    assert done.stdout == "True\n", done.stderr
 
 
 class _Licensed:

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.compressor_model import FORMAT, VERSION, read_compressor_model, read_fitted_bands
+from deboom.files.compressor_model import FORMAT, VERSION, read_fitted_bands
 
 DOCUMENT = {
     "format": FORMAT,
@@ -35,10 +35,3 @@ def test_bands_and_hashes_are_read_or_refused(changes, words, tmp_path):
         return
     with pytest.raises(InputError, match=words):
         read_fitted_bands(path)
-
-
-def test_a_file_without_the_numbers_of_a_compressor_is_refused(tmp_path):
-    path = tmp_path / "compressor_model.json"
-    path.write_text(json.dumps(DOCUMENT), encoding="utf-8")
-    with pytest.raises(InputError, match=r"no compressor to read .'mass_kg'.: identify the"):
-        read_compressor_model(path)

@@ -66,13 +66,6 @@ def test_every_column_of_a_front_has_one_of_the_names(front):
         (lambda f: (f / "front.csv").unlink(), "front.csv cannot be read"),
         (lambda f: (f / "front.csv").write_text(""), "front.csv is no table"),
         (lambda f: (f / "front.csv").write_text("point,pick\n1,\n"), "has no design variables"),
-        (
-            lambda f: [
-                (f / "front.csv").write_text("point,pick\n1,\n"),
-                (f / "designs.csv").write_text("point,a [1]\n1,1\n2,1\n"),
-            ],
-            "has 2 designs and .*front.csv 1",
-        ),
     ],
 )
 def test_damage_is_refused(front, tmp_path, spoil, message):

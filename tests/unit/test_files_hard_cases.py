@@ -99,8 +99,8 @@ CASES = [
     (study, "a.py", '"""q?"""\na = 1\0', "is not Python (source code"),
     (study, "a.py", '"""q?"""\n1 / 0', "a.py line 2 cannot be imported"),
     (study, "a.py", '"""q?"""\n', "there is no Options"),
-    (study, "a.py", STUDY.format("n: int = 1"), "Options has no seed"),
-    (study, "a.py", STUDY.format("seed: int"), "option has a default"),
+    (study, "a.py", STUDY.format("n: 'Nowhere' = 1"), "every option has a default and a type"),
+    (study, "a.py", STUDY.format("n: int"), "option n has no default: give"),
     (
         lambda f: load_study(f / "a.py").report({}),
         "a.py",

@@ -9,6 +9,7 @@ from deboom.errors import InputError
 from deboom.explore.space import stiffness_factor_space
 from deboom.files.library_export import read_library_json
 from deboom.mounts.library import open_library
+from deboom.mounts.part_scatter import ENOUGH, ScatterPrior, direction_scatter
 from deboom.report import Report
 from deboom.runs.made_parts import made_parts, report_parts
 
@@ -113,3 +114,18 @@ def test_a_bad_file_is_refused_by_name(tmp_path, text, words):
     with pytest.raises(InputError, match=words) as error:
         made_parts(path, SPACE)
     assert str(path.parent) in str(error.value)
+
+
+def test_the_variance_of_measuring_is_no_scatter_of_parts():
+    """One part tells nothing: the assumption stays. Of enough parts the rest is their variance."""
+    alone = direction_scatter("x", np.array([0.1]), np.array([0.07]), prior=ScatterPrior(0.05))
+    np.testing.assert_allclose(alone.sigma, 0.05, rtol=1e-12)
+    values = 0.05 * np.where(np.arange(ENOUGH) % 2, 1.0, -1.0)
+    many = direction_scatter("x", values, np.full(ENOUGH, 0.03))
+    observed = 0.05**2 * ENOUGH / (ENOUGH - 1)
+    np.testing.assert_allclose([many.observed, many.measurement], [observed**0.5, 0.03], rtol=1e-12)
+    np.testing.assert_allclose(many.sigma, (observed - 0.03**2) ** 0.5, rtol=1e-12)
+    without_error = direction_scatter("x", values)
+    np.testing.assert_allclose(without_error.sigma, observed**0.5, rtol=1e-12)
+    bounds = [each**2 + 0.03**2 for each in (many.lower, many.upper)]
+    np.testing.assert_allclose(bounds, [without_error.lower**2, without_error.upper**2], rtol=1e-12)

@@ -52,6 +52,13 @@ def with_directions(folder, *rows):
     return path
 
 
+def test_a_function_type_in_a_list_of_one_is_read(tmp_path):
+    path = delivered(tmp_path)
+    plain = read_sdynpy(path)
+    saved(path, two_functions(), function_type=np.array([4]))
+    assert [function.dof for function in read_sdynpy(path)] == [function.dof for function in plain]
+
+
 @pytest.mark.parametrize(
     ("coordinate", "ordinate", "words"),
     [

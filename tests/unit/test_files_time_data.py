@@ -447,6 +447,65 @@ def test_scales_of_tdms_are_applied_once(tmp_path, properties, slope, offset):
     assert read_time_signals(path, ["A1 x"])["A1 x"].values == pytest.approx(offset + slope * TIME)
 
 
+RAW = np.arange(-20, 44, dtype=np.int16)
+TABLE_X, TABLE_Y = np.array([-10.0, 0.0, 30.0]), np.array([5.0, 1.0, -2.0])
+TABLE = {
+    f"{name}_{k}": value
+    for k, pair in enumerate(zip(TABLE_X, TABLE_Y, strict=True))
+    for name, value in zip(("raw", "phys"), pair, strict=True)
+}
+RANGES = {"lower_0": -10.0, "upper_0": 0.0, "phys_0": 5.0}
+RANGES |= {"lower_1": 1.0, "upper_1": 30.0, "phys_1": 6.0, "default": -1.0}
+CONVERSIONS = {
+    "linear": ({"a": 2.5, "b": -3.0}, 2.5 * RAW - 3.0),
+    "rational": (
+        {"P1": 0.5, "P2": 2.0, "P3": 1.0, "P4": 0.25, "P5": 0.5, "P6": 40.0},
+        (0.5 * RAW**2.0 + 2 * RAW + 1) / (0.25 * RAW**2.0 + 0.5 * RAW + 40),
+    ),
+    "table between": ({**TABLE, "interpolation": True}, np.interp(RAW, TABLE_X, TABLE_Y)),
+    "table": ({**TABLE, "interpolation": False}, np.select([RAW <= -5, RAW <= 15], [5.0, 1.0], -2)),
+    "ranges": (
+        RANGES,
+        np.select([(RAW >= -10) & (RAW < 0), (RAW >= 1) & (RAW < 30)], [5.0, 6.0], -1.0),
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", CONVERSIONS)
+@pytest.mark.parametrize(("version", "name"), [("4.10", "run.mf4"), ("3.30", "run.mdf")])
+def test_conversions_of_mdf(tmp_path, version, name, kind):
+    conversion, values = CONVERSIONS[kind]
+    if version == "3.30" and kind == "ranges":
+        pytest.skip("MDF 3 has no table of ranges")
+    with asammdf.MDF(version=version) as file:
+        file.append([asammdf.Signal(RAW, TIME, unit="g", name="A1 x", conversion=conversion)])
+        file.save(tmp_path / name)
+    signal = read_time_signals(tmp_path / name, ["A1 x"])["A1 x"]
+    assert (signal.unit, signal.values) == ("g", pytest.approx(values, rel=1e-14))
+    np.testing.assert_array_equal(signal.time, TIME)
+
+
+def test_a_channel_of_several_numbers_or_texts_is_no_signal(tmp_path):
+    states = {"val_0": 0, "text_0": b"off", "val_1": 1, "text_1": b"on", "default": b"?"}
+    pairs = np.rec.fromarrays([np.ones((64, 3))], dtype=[("A1 x", "f8", (3,))])
+    for content, sentence in (
+        ({"samples": RAW % 2, "conversion": states}, "is converted to text or by a formula"),
+        ({"samples": pairs}, "'A1 x' holds no numbers over time"),
+    ):
+        with asammdf.MDF(version="4.10") as file:
+            file.append([asammdf.Signal(timestamps=TIME, unit="g", name="A1 x", **content)])
+            file.save(tmp_path / "run.mf4", overwrite=True)
+        with pytest.raises(InputError, match=sentence):
+            read_time_signals(tmp_path / "run.mf4", ["A1 x"])
+
+
+def times_as_text(folder):
+    with h5py.File(folder / "run.h5", "w") as file:
+        file["A1 x"] = TIME
+        file["time"] = [f"{instant:.6f}" for instant in TIME]
+    return folder / "run.h5"
+
+
 def without_rate(folder):
     path = folder / "run.h5"
     with h5py.File(path, "w") as file:
@@ -479,6 +538,7 @@ REFUSED = {
     ),
     "tdms without step": (waveforms("run"), "has no property wf_increment: write it as a waveform"),
     "hdf5 cut": (cut("hdf5", 0.5), "is an HDF5 file, but damaged"),
+    "hdf5 time as text": (times_as_text, "data set '/time' holds no numbers over time"),
     "hdf5 without rate": (without_rate, "nor an attribute 'sample_rate' [Hz]: add one of them"),
     "matlab cut": (cut("matlab", 0.7), "is damaged, or no MATLAB file"),
     "matlab 7.3 cut": (cut("matlab 7.3", 0.7), "a damaged MATLAB file of version 7.3"),
@@ -571,7 +631,7 @@ def test_special_headers_without_an_end_are_read_once(tmp_path):
     [
         (lvm, "lvm", "time_data.MOST_CELLS", "has more than 100 cells: save a shorter record"),
         (lvm, "lvm", "time_data.LARGEST_LVM", "at most 0 MiB are read"),
-        (wav, "wav", "disk.MOST_NUMBERS", "announces 192 numbers, at most 100 are read"),
+        (wav, "wav", "disk.MOST_NUMBERS", "announces 359 numbers, at most 100 are read"),
     ],
 )
 def test_what_would_fill_the_memory_is_refused(
@@ -720,6 +780,14 @@ def test_a_slow_channel_is_resampled_within_its_band(tmp_path, start):
     )
     # a hundredth of a second is one sample of the slow channel, and no cut worth a word
     assert len(read.notes) == (2 if start else 1)
+
+
+def test_a_long_slow_channel_is_resampled_as_in_one_piece(tmp_path, monkeypatch):
+    path = two_rasters(tmp_path / "run.mf4", 0.00371)
+    whole = time_functions(path, ROWS).functions[1].values
+    monkeypatch.setattr("deboom.files.time_data._PART", 70)
+    parts = time_functions(path, ROWS).functions[1].values
+    np.testing.assert_allclose(parts, whole, rtol=0, atol=1e-11)
 
 
 def test_channels_that_hardly_overlap_are_refused_by_name(tmp_path):

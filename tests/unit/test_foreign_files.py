@@ -3,28 +3,36 @@
 import io
 import json
 import os
+import re
+import signal
 import sqlite3
 import subprocess
 import sys
 import sysconfig
+import time
 import zipfile
 from pathlib import Path
 
+import asammdf
+import h5py
 import numpy as np
 import pandas as pd
 import pytest
 from broken_files import refused
 from mounts_library_samples import campaign, mount
 from scipy.io import savemat
+from test_files_time_data import matlab_73
 
 from deboom.errors import InputError
-from deboom.files import workbook_parts
+from deboom.files import reader_process, workbook_parts
 from deboom.files.disk import opened_zip, read_arrays
 from deboom.files.function_table import matlab_table
 from deboom.files.limits import load_parts
-from deboom.files.rows import MountRow
+from deboom.files.rows import CampaignChannel, MountRow
 from deboom.files.run_folder import Run, RunEntry, check_files, hash_files, read_run
 from deboom.files.tables import read_frame, read_table, workbook_bytes
+from deboom.files.time_data import read_time_signals, time_functions
+from deboom.files.units import Unit
 from deboom.mounts import library as mount_library
 from deboom.mounts.library import open_library
 from deboom.names import LONGEST_NAME, look_alikes, name_fault, path_inside
@@ -96,6 +104,182 @@ def test_a_matlab_file_without_its_packages_is_not_called_damaged(tmp_path, monk
     if Path(sys.executable).resolve().parent == Path(sys.prefix) / "bin":
         pytest.skip("no other interpreter")
     refused(lambda folder: matlab_table(folder / "a.mat"), tmp_path, "which lacks a package (")
+
+
+FORMULA = (
+    """X1 + (f'{[c for c in ().__class__.__base__.__subclasses__() if c.__name__=="_wrap_close"]"""
+    """[0].__init__.__globals__["system"]("touch MARKER")}' == '9')"""
+)
+"""What numexpr takes for a quoted text, and Python for code that touches a file."""
+
+
+@pytest.mark.parametrize("of", ["A1 x", "time"])
+@pytest.mark.parametrize(("version", "name"), [("4.10", "a.mf4"), ("3.30", "a.mdf")])
+def test_a_formula_of_an_mdf_file_is_not_run(tmp_path, version, name, of):
+    time = np.arange(8.0)
+    marker = tmp_path / "ran"
+    formula = {"formula": FORMULA.replace("MARKER", str(marker))}
+    whose = {} if of == "time" else {"conversion": formula}
+    with asammdf.MDF(version=version) as file:
+        file.append([asammdf.Signal(time, time, unit="g", name="A1 x", **whose)])
+        if of == "time":
+            other = asammdf.Signal(time, time, name="B", conversion=formula)
+            file.append([other])
+            file.groups[0].channels[0].conversion = file.groups[1].channels[1].conversion
+        file.save(tmp_path / name)
+    refused(
+        lambda folder: read_time_signals(folder / name, ["A1 x"]),
+        tmp_path,
+        "channel 'A1 x' is converted to text or by a formula, which is not run",
+    )
+    assert not marker.exists()
+    if of == "A1 x":  # the library alone runs it
+        with asammdf.MDF(tmp_path / name) as file:
+            file.get("A1 x")
+        assert marker.exists()
+
+
+def elsewhere(file, folder):
+    (folder / "secret").write_bytes(np.arange(8.0).tobytes())
+    file.create_dataset("A1 x", (8,), "f8", external=[(folder / "secret", 0, 64)])
+
+
+def endless(file, folder):
+    os.mkfifo(folder / "pipe")
+    file.create_dataset("A1 x", (8,), "f8", external=[(folder / "pipe", 0, 64)])
+
+
+def other_file(folder):
+    with h5py.File(folder / "other.h5", "w") as other:
+        other["A1 x"] = np.arange(8.0)
+    return folder / "other.h5"
+
+
+def assembled(file, folder):
+    layout = h5py.VirtualLayout((8,), "f8")
+    layout[:] = h5py.VirtualSource(other_file(folder), "A1 x", (8,))
+    file.create_virtual_dataset("A1 x", layout)
+
+
+def linked(file, folder):
+    file["A1 x"] = h5py.ExternalLink(other_file(folder), "A1 x")
+
+
+def linked_twice(file, folder):
+    file.create_group("g")["away"] = h5py.ExternalLink(other_file(folder), "/")
+    file["A1 x"] = np.zeros(8)
+    file["time"] = h5py.SoftLink("/g/away/A1 x")
+
+
+def timed_elsewhere(file, folder):
+    file["A1 x"] = np.zeros(8)
+    (folder / "secret").write_bytes(np.arange(8.0).tobytes())
+    file.create_dataset("time", (8,), "f8", external=[(folder / "secret", 0, 64)])
+
+
+OUTSIDE_HDF5 = [
+    (elsewhere, "data set '/A1 x' takes its numbers from another file"),
+    (endless, "data set '/A1 x' takes its numbers from another file"),
+    (assembled, "data set '/A1 x' takes its numbers from another file"),
+    (linked, "'A1 x' is a link to another file"),
+    (linked_twice, "'g/away' is a link to another file"),
+    (timed_elsewhere, "data set '/time' takes its numbers from another file"),
+]
+
+
+@pytest.mark.parametrize(("build", "sentence"), OUTSIDE_HDF5)
+def test_numbers_of_another_file_are_not_read(tmp_path, build, sentence):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file.attrs["sample_rate"] = 100.0
+        build(file, tmp_path)
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        read_time_signals(tmp_path / "a.h5", ["A1 x"])
+
+
+def test_a_matlab_file_takes_no_numbers_from_another_file(tmp_path):
+    matlab_73(tmp_path / "a.mat", {"a": ("N", np.zeros(8))}, np.arange(8.0))
+    with h5py.File(tmp_path / "a.mat", "r+") as file:
+        del file["values"]
+        (tmp_path / "secret").write_bytes(np.arange(8.0).tobytes())
+        file.create_dataset("values", (1, 8), "f8", external=[(tmp_path / "secret", 0, 64)])
+    refused(
+        lambda folder: matlab_table(folder / "a.mat", "time"),
+        tmp_path,
+        "data set '/values' takes its numbers from another file",
+    )
+
+
+def channels_of_zeros(path, counts, rates=(1000.0,), **storage):
+    """Write channels that take no room in the file: A0, A1 and so on, each of its own rate."""
+    with h5py.File(path, "w") as file:
+        for k, count in enumerate(counts):
+            group = file.create_group(str(k))
+            group.attrs["sample_rate"] = rates[k % len(rates)]
+            options = {"dtype": "f8", "chunks": (min(count, 2**20),), **storage}
+            group.create_dataset(f"A{k}", (count,), **options).attrs["unit"] = "g"
+    return path
+
+
+ROWS = [
+    CampaignChannel(f"A{k}", "acceleration", k + 1, "+x", Unit("g", "m/s^2", 9.80665))
+    for k in range(40)
+]
+
+
+def test_numbers_of_all_channels_are_added_up_before_they_are_read(tmp_path):
+    path = channels_of_zeros(tmp_path / "a.h5", [40_000_000] * 4, (1e3, 1e3, 2e3, 3e3))
+    assert path.stat().st_size < 20_000
+    begin = time.process_time()
+    with pytest.raises(InputError, match="announces 280000000 numbers, at most 251658240"):
+        read_time_signals(path, ["A0", "A1", "A2", "A3"])
+    assert time.process_time() - begin < 1.0
+
+
+def test_what_is_resampled_is_added_up_before(tmp_path):
+    path = channels_of_zeros(tmp_path / "a.h5", [8_000_000] + [4000] * 39, (2e6, *[1e3] * 39))
+    with pytest.raises(InputError, match=r"is resampled to 2e\+06 Hz announces 336312000 numbers"):
+        time_functions(path, ROWS)
+
+
+def test_a_chunk_that_unpacks_to_too_much_is_refused(tmp_path):
+    path = channels_of_zeros(tmp_path / "a.h5", [2**26], chunks=(2**26,), compression="gzip")
+    with pytest.raises(InputError, match="in chunks of 512 MiB, at most 256 MiB"):
+        read_time_signals(path, ["A0"])
+
+
+def test_one_process_reads_the_files_of_a_folder(tmp_path):
+    (tmp_path / "other").mkdir()
+    for path in ("a.h5", "b.h5", "other/a.h5"):
+        channels_of_zeros(tmp_path / path, [8])
+    pids = []
+    for path in ("a.h5", "b.h5", "other/a.h5", "b.h5"):
+        assert read_time_signals(tmp_path / path, ["A0"])["A0"].values.tolist() == [0.0] * 8
+        pids.append(reader_process._readers[0].process.pid)
+    assert pids[0] == pids[1]
+    assert len(set(pids)) == 3
+    os.kill(pids[-1], signal.SIGKILL)  # such as for want of memory, between two files
+    reader_process._readers[0].process.wait()
+    assert read_time_signals(tmp_path / "a.h5", ["A0"])
+    folder = Path(reader_process._readers[0].folder.name)
+    assert list(folder.iterdir()) == []
+
+
+def test_a_reader_that_goes_on_and_on_is_ended(tmp_path, monkeypatch):
+    path = channels_of_zeros(tmp_path / "a.h5", [8])
+    monkeypatch.setattr(reader_process, "LONGEST_WAIT", 0.0)
+    with pytest.raises(InputError, match=r"a\.h5 takes more than 60 s to read"):
+        read_time_signals(path, ["A0"])
+    monkeypatch.undo()
+    assert read_time_signals(path, ["A0"])
+
+
+def test_without_lazy_loader_the_command_says_a_sentence():
+    code = "import sys; sys.modules['lazy_loader'] = None; sys.argv = ['deboom']; import deboom"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr == (
+        "deboom needs lazy_loader, which is not installed: pip install lazy-loader\n"
+    )
 
 
 WORK = """
@@ -408,7 +592,7 @@ def test_what_is_no_table_of_a_run_is_told(tmp_path):
 
 def test_security_limits_are_those_of_the_code():
     text = (Path(__file__).parents[2] / "SECURITY.md").read_text(encoding="utf-8")
-    from deboom.files import disk, function_table, schema, tables
+    from deboom.files import binary_formats, disk, schema, tables, time_data
 
     for figure in (
         f"{disk.LARGEST_FILE >> 20} MiB",
@@ -417,7 +601,12 @@ def test_security_limits_are_those_of_the_code():
         f"{tables.LARGEST_WORKBOOK >> 20} MiB",
         f"{mount_library.LARGEST_LIBRARY >> 20} MiB",
         f"{mount_library.LARGEST_ENTRY >> 20} MiB",
-        f"{function_table.LONGEST_READING} s",
+        f"{binary_formats.LONGEST_READING} s of processor time",
+        f"{reader_process.LONGEST_WAIT} s by the clock",
+        f"{binary_formats.LARGEST_CHUNK >> 20} MiB",
+        f"{binary_formats.MOST_CHANNELS:,} channels".replace(",", " "),
+        f"{disk.MOST_NUMBERS // 10**6} million numbers",
+        f"{time_data.LARGEST_LVM >> 20} MiB",
         f"{tables.MOST_ROWS:,}".replace(",", " "),
         f"{LONGEST_NAME} characters",
     ):

@@ -96,6 +96,12 @@ def test_a_hit_beside_a_good_one(force, changes, words):
     assert re.search(words, " ".join(judged.reasons))
 
 
+def test_a_push_that_rises_before_its_trigger_is_no_noise():
+    """A trigger level is crossed on the rise: here 12 ms after its begin, of 62 ms before it."""
+    soft = push(-0.012, duration=0.02)
+    assert all(record.reasons == () for record in check_hits(hits([soft, soft])))
+
+
 def test_a_push_before_its_trigger_says_that_the_pretrigger_is_wrong():
     (judged,) = check_hits(hits([push()], pretrigger=0.4))
     (reason,) = judged.reasons
@@ -301,3 +307,23 @@ def test_all_impacts_are_warned_of_once_and_selected_with_their_columns():
     assert len(warned) == 1
     assert estimate.select(inputs=("I2",)).not_decayed == ""
     assert estimate.select(inputs=("I1",)).not_decayed.endswith("[s]")
+
+
+def test_late_is_a_share_of_the_block():
+    """A peak at 0.6 s of a block of 2 s is not late, one at 1.2 s is."""
+    rate, time = 1024.0, np.arange(2048) / 1024.0
+    forces = [np.where(abs(time - at) < 3e-3, 100.0, 0.0) for at in (0.6, 1.2)]
+    ringing = np.sin(2 * np.pi * 40 * time)[:, np.newaxis] * np.exp(-3 * time)[:, np.newaxis]
+    measured = HammerMeasurement(
+        impact="I1",
+        force=np.array(forces),
+        response=np.stack([ringing, ringing]),
+        channels=("A1 x",),
+        units=("m/s^2",),
+        ranges=(np.inf,),
+        rate=rate,
+        pretrigger=0.5,
+    )
+    first, second = (" ".join(hit.reasons) for hit in check_hits(measured))
+    assert "late" not in first
+    assert "late: its peak comes 1.2 s into a block of 2 s" in second

@@ -344,3 +344,12 @@ def test_running_medians_are_those_of_sorted_windows(size):
         for percent in (50, 75):
             filtered = percentile_filter(values, percent, size=size, mode="mirror")
             np.testing.assert_array_equal(filtered, windows[:, size * percent // 100])
+
+
+def test_pulses_with_normal_jitter_are_all_kept():
+    """The farthest of 20 000 from its cubic: 4.5 deviations, 6.7 medians of unsigned deviations."""
+    even = np.arange(20_000)
+    jitter = np.random.default_rng(2).standard_normal(even.size)
+    train = repair_pulses(1e-2 * (even + 0.004 * jitter))
+    np.testing.assert_array_equal(train.number, even)
+    assert train.dropped.size == 0

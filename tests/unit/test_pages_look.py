@@ -2,6 +2,7 @@
 
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,8 +22,9 @@ from deboom.choices import FolderKind
 from deboom.errors import InputError
 from deboom.files.check import check_folder
 from deboom.files.uff import read_uff, write_uff
-from deboom.pages.look import look_report
+from deboom.pages.look import _waterfall, look_report
 from deboom.plot import places
+from deboom.report import Report
 
 
 def campaign(folder):
@@ -86,6 +88,20 @@ def test_every_kind_of_folder_is_drawn(tmp_path, kind):
     summary = check_folder(folder)[2]
     assert len(report.tables["held"]) == len(summary.splitlines())
     assert all(path.exists() for path in report.inputs)
+
+
+def test_a_waterfall_shows_the_peak_of_a_tone():
+    """Of 2 m/s² at 40 Hz: 6 dB, at its own line."""
+    amplitude, line, rate = 2.0, 40.0, 1024.0
+    time = np.arange(2048) / rate
+    tone = amplitude * np.sin(2.0 * np.pi * line * time)[:, np.newaxis]
+    run = SimpleNamespace(acceleration=tone, acceleration_channels=("A1 x",), sample_rate=rate)
+    report = Report("First look")
+    _waterfall(report, "slow", run)
+    points = report.pictures["waterfall_slow"].drawing().axes[0].collections[0]
+    level, loudest = points.get_array(), np.argmax(points.get_array())
+    assert level[loudest] == pytest.approx(20.0 * np.log10(amplitude), abs=1e-6)
+    assert points.get_offsets()[loudest, 0] == line
 
 
 def test_what_the_numbers_contradict_is_a_warning_beside_its_picture(tmp_path):

@@ -57,8 +57,8 @@ def test_several_searches_give_the_front_of_all():
 
 def test_a_verified_front_holds_its_picks_which_go_on_by_gradient():
     fronts = [
-        ThoroughSearchOptions(population=12, generations=5, polish=polish).verified(
-            ROBUST, seed=3, run=None, inputs=(), verified_with=64
+        ThoroughSearchOptions(population=12, generations=5, polish=polish, checks=64).verified(
+            ROBUST, seed=3, run=None, inputs=()
         )
         for polish in (False, True)
     ]
@@ -70,10 +70,21 @@ def test_a_verified_front_holds_its_picks_which_go_on_by_gradient():
     assert set(" = ".join(table["pick"][table["pick"] != ""]).split(" = ")) == set(fronts[1].picks)
 
 
+def test_levels_are_means_over_vehicles_and_lines():
+    model = ResponseFunction(MODEL, MODEL.variable_names, MODEL.response_names, "dB(A)", 4)
+    robust = replace(ROBUST, evaluate=model)
+    front = verified_front(robust, nsga2(robust, 12, 2, seed=3), 32)
+    table = front.compared({"today": (front.baseline, 0), "first": (front.values, 0)})
+    each = np.array([front.baseline.mean[0], front.values.mean[0]])
+    assert each.shape[1] == len(MODEL.response_names) > 1
+    levels = table["mean level [dB(A)]"].to_numpy()
+    np.testing.assert_allclose(levels, each.mean(axis=1) / 4, rtol=1e-12)
+
+
 def test_searches_begin_with_given_designs():
     best = nsga2(ROBUST, 24, 20, seed=1).front.designs[:2]
-    options = ThoroughSearchOptions(population=12, generations=1, polish=False)
-    front = options.verified(ROBUST, seed=3, run=None, inputs=(), begin=best, verified_with=64)
+    options = ThoroughSearchOptions(population=12, generations=1, polish=False, checks=64)
+    front = options.verified(ROBUST, seed=3, run=None, inputs=(), begin=best)
     np.testing.assert_array_equal(front.search.evaluated.designs[:2], best)
     assert front.search.n_evaluated == 12
 

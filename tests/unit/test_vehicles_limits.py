@@ -72,6 +72,11 @@ def test_the_mean_level_is_splv_over_the_lines(index):
     assert mean(rows) == pytest.approx(index(rows) / 161, rel=1e-14)
     assert mean.gradient(rows) == pytest.approx(differences(mean, rows), abs=1e-5)
     assert mean.response_unit == "dB(A)"
+    levels, pull_back = mean.linearised(rows)
+    assert levels == pytest.approx(mean(rows), rel=1e-12)
+    weights = np.random.default_rng(4).random((2, *levels.shape))
+    expected = np.einsum("onv,nvk->onk", weights, mean.gradient(rows))
+    assert pull_back(weights) == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
 def test_scatter_adds_its_mean_energy_to_each_line(index):
@@ -133,6 +138,15 @@ def test_sag_is_the_share_of_the_weight_over_the_stiffness():
     expected = 1e3 * carried / 1e5 * np.array([[1, 1], [1 / 0.8, 1 / 1.25]])
     np.testing.assert_allclose(sag(design)[:, :2], expected, rtol=1e-9)
     assert sag.response_names == ("E sag", "G sag", "S sag")
+
+
+def test_a_mount_sinks_downwards_however_it_stands():
+    """Springs alike along all three axes are the same springs in any position."""
+    turned = tuple(replace(mount, rotations=((0.3, -0.5, 0.4),)) for mount in MOUNTS)
+    upright = model()
+    sag = of(WeightSag(KinematicModel(turned, upright.curves), POWERTRAIN, ("E", "G")))
+    expected = 1e3 * 200.0 * GRAVITY / 2 / 1e5
+    np.testing.assert_allclose(sag(np.ones((1, 9))), [[expected] * 2], rtol=1e-9)
 
 
 def test_travel_at_nominal_is_that_of_the_kinematic_model():
@@ -246,3 +260,38 @@ def test_stiffness_of_a_variable_and_of_a_sum():
 def test_what_does_not_exist_is_refused(make, sentence):
     with pytest.raises(InputError, match=sentence):
         make()
+
+
+POSITIONS = {"E": (0.0, 0.5, 0.0), "G": (0.0, -0.5, 0.0), "S": (0.3, 0.0, 0.0)}
+MOUNTS = tuple(Mount(name, "", ("",), (at,), ("x", "y", "z")) for name, at in POSITIONS.items())
+REACH = np.linspace(-20e-3, 20e-3, 41)
+"""Three springs of 100 kN/m that were measured over 20 mm either way."""
+
+
+def three_springs():
+    curves = {
+        name: StaticCurve(*name.split(" "), "M1", REACH, 1e5 * REACH, 0.03)
+        for mount in MOUNTS
+        for name in mount.variables
+    }
+    return KinematicModel(MOUNTS, curves), tuple(curves)
+
+
+def test_a_centre_of_gravity_beside_the_mounts_loads_the_nearer():
+    """A third of the way from E and G to S: S carries a third of the weight."""
+    model, names = three_springs()
+    engine = Powertrain(200.0, np.diag([10.0, 8.0, 12.0]), (0.1, 0.0, 0.0))
+    sag = MountRequirements(names, (WeightSag(model, engine, ("E", "G", "S")),))
+    weight = 200.0 * GRAVITY
+    expected = 1e3 * weight / 3 / 1e5
+    np.testing.assert_allclose(sag(np.ones((1, 9))), [[expected] * 3], rtol=1e-9)
+
+
+def test_travel_ends_with_the_measured_curve():
+    """1500 N m over 0.3 m push S by 5000 N: 19 mm are measured, 21 mm and 38 mm are not."""
+    model, names = three_springs()
+    travel = MountRequirements(names, (TorqueTravel(model, 1500.0, ("S z",), Factor.part),))
+    factors = np.array([[50 / 19], [50 / 21], [50 / 38]]) * np.ones((3, 9))
+    travelled = travel(factors)[:, 0]
+    assert abs(travelled[0]) == pytest.approx(19.0, rel=1e-9)
+    assert np.isnan(travelled[1:]).all()

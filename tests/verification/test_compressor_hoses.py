@@ -16,6 +16,7 @@ from deboom.compressor.hose_identification import DRAWN, identify_hoses
 from deboom.compressor.hose_presence import hose_reactions, hoses_in_hammer_test, hoses_in_sweep
 from deboom.compressor.hoses import (
     BEAM_NUMBERS,
+    HIT_SCATTER,
     HammerEvidence,
     SweepEvidence,
     changed_hose,
@@ -314,3 +315,14 @@ def test_samples_have_the_posterior_covariance(recovered):
     )
     again = result.samples(2, seed=1)
     assert again[0][0].tension == result.samples(2, seed=1)[0][0].tension
+
+
+def test_hits_of_both_tests_make_the_scatter_of_their_places(measured_test):
+    test, identification, _ = measured_test()
+    few, many = (
+        replace(struck, n_averages=n)
+        for struck, n in ((test.hammer, 3), (test.hammer_with_hoses, 6))
+    )
+    evidence = HammerEvidence(few, many, identification, band=(20.0, 50.0), largest_lines=3)
+    expected = HIT_SCATTER * np.sqrt(1 / 3 + 1 / 6)
+    np.testing.assert_allclose(evidence.nuisance_deviations, expected, rtol=1e-15)

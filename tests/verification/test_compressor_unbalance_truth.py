@@ -26,11 +26,12 @@ from deboom.choices import SofteningLaw
 from deboom.compressor import routes
 from deboom.compressor.identification import IdentifyOptions
 from deboom.compressor.identify import calibration_of, identify
+from deboom.compressor.model import HyperbolicAmplitude
 from deboom.compressor.mount_shares import HyperbolicMounts, SofteningMounts, softening_mounts
 from deboom.compressor.unbalance import UnbalanceOptions, unbalance
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
-from deboom.files.compressor_model import compressor_document, read_compressor_model
+from deboom.files.compressor_model import compressor_document
 from deboom.physics.rigid_body import forward_matrix, skew
 
 OPTIONS = IdentifyOptions(largest_lines=20)
@@ -440,7 +441,7 @@ def test_mounts_that_soften_by_a_hyperbola_are_fitted_by_one():
     assert errors(result.sweeps[0], 20, 50)[0] < SLACK * 0.05
 
 
-def test_a_model_with_the_hyperbola_moves_as_the_bench_does(tmp_path):
+def test_a_model_with_the_hyperbola_moves_as_the_bench_does():
     """Under the true load, 17 to 50 Hz, where mounts as the hammer met them err by a quarter."""
     test, body, identification, _ = softened()
     result = unbalance(test, identification, BY_HYPERBOLA)
@@ -459,7 +460,19 @@ def test_a_model_with_the_hyperbola_moves_as_the_bench_does(tmp_path):
     np.testing.assert_allclose(
         mounts.strokes(true.displacement), true.amplitudes, rtol=0.05
     )  # the sheet has them within millimetres
-    path = tmp_path / "compressor_model.json"
-    path.write_text(json.dumps(compressor_document(identification, {}, mounts)), encoding="utf-8")
-    again = read_compressor_model(path)
-    np.testing.assert_array_equal(again.motion(load, lines), result.model.motion(load, lines))
+    document = compressor_document(identification, {}, mounts)
+    written = json.loads(json.dumps(document))["mounts_over_stroke"]
+    np.testing.assert_array_equal(written["positions_m"], mounts.positions)
+    np.testing.assert_array_equal(written["stiffness_at_virtual_point"], mounts.stiffness)
+    real, imaginary = (HyperbolicAmplitude(*written[of].values()) for of in ("real", "imaginary"))
+    assert (real, imaginary) == (mounts.real, mounts.imaginary)
+
+
+def test_the_more_certain_of_y_and_z_has_the_larger_weight():
+    """Inverse variances at each line, where both have intervals of their own."""
+    sweep = as_struck().chosen.sweeps[0]
+    for curve in (sweep.static, sweep.dynamic):
+        of_y, of_z = curve.from_y.half**2, curve.from_z.half**2
+        assert np.max(np.abs(np.log(of_y / of_z))) > 0.1
+        expected = (of_z * curve.from_y.value + of_y * curve.from_z.value) / (of_y + of_z)
+        np.testing.assert_allclose(curve.both.value, expected, rtol=1e-9)

@@ -321,7 +321,7 @@ def test_variables_correlate_with_a_line_by_their_share_of_its_slope():
     model = deboom.ResponseFunction(
         lambda x: np.c_[2.0 * x[:, 0] - x[:, 1], x[:, 2]], tuple("abc"), ("line", "c alone"), "1"
     )
-    rows = deboom.doe(model, model.design_space(), n=4096)
+    rows = deboom.doe(model, model.design_space(), n=1024)
     correlated = deboom.correlation(rows, inputs=True, resamples=100)
     expected = {"a": 2.0 / np.sqrt(5.0), "b": -1.0 / np.sqrt(5.0), "c": 0.0, "line": 1.0}
     assert list(correlated.matrix.index) == [*"abc", "line", "c alone"]
@@ -331,3 +331,9 @@ def test_variables_correlate_with_a_line_by_their_share_of_its_slope():
     plain = deboom.correlation(rows, resamples=100)
     np.testing.assert_array_equal(plain.matrix, plain.pearson)
     assert correlated.matrix.loc["line", "c alone"] == plain.pearson[0, 1]
+
+
+def test_bissells_bound_counts_every_piece():
+    cpk = 2.0 / 3.0  # of 1, 2, 3 between 0 and 4
+    bound = cpk - 1.6448536269514722 * np.sqrt(1 / 27 + cpk**2 / 4)
+    assert capability([1.0, 2.0, 3.0], 0.0, 4.0).cpk_bound == pytest.approx(bound, rel=1e-12)

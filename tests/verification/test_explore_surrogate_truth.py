@@ -168,38 +168,53 @@ class Kept(dict):
         return self.get(number)
 
 
-def test_failing_rows_are_left_out_and_a_killed_search_goes_on_with_the_same_bits():
-    problem = quad2(2, seed=1)
-    space = stiffness_factor_space(problem.variable_names)
-    budget = BUDGET | {"population": 12, "generations": 3}
+FAILING, SPACE = quad2(2, seed=1), stiffness_factor_space(quad2(2, seed=1).variable_names)
+SMALL = BUDGET | {"population": 12, "generations": 3}
 
-    def fails(row):
-        return row[0] > 1.2
 
+def failing():
+    return Counted(FAILING, lambda row: row[0] > 1.2)
+
+
+@pytest.fixture(scope="module")
+def told_and_whole():
     told = []
-    whole = deboom.surrogate_search(
-        Counted(problem, fails), space, **budget, progress=lambda *step: told.append(step)
+    search = deboom.surrogate_search(
+        failing(), SPACE, **SMALL, progress=lambda *step: told.append(step)
     )
+    return told, search
+
+
+def assert_same_search(search, whole):
+    np.testing.assert_array_equal(search.designs, whole.designs)
+    np.testing.assert_array_equal(search.front.values.objectives, whole.front.values.objectives)
+
+
+def test_failing_rows_are_left_out(told_and_whole):
+    told, whole = told_and_whole
     assert np.isnan(whole.responses).any()
     assert told[-1][:2] == (len(whole.designs), 100)
-    spread = deboom.surrogate_search(Counted(problem, fails), space, **budget, workers=2)
-    np.testing.assert_array_equal(spread.designs, whole.designs)
-    np.testing.assert_array_equal(spread.front.values.objectives, whole.front.values.objectives)
+    with pytest.raises(InputError, match="no solution"):
+        deboom.surrogate_search(Counted(FAILING, np.any), SPACE, **SMALL)
 
-    store, first = Kept(), Counted(problem, fails)
+
+@pytest.mark.slow("begins two processes that import scikit-learn")
+def test_two_workers_find_the_same_bits(told_and_whole):
+    spread = deboom.surrogate_search(failing(), SPACE, **SMALL, workers=2)
+    assert_same_search(spread, told_and_whole[1])
+
+
+def test_a_killed_search_goes_on_with_the_same_bits(told_and_whole):
+    _, whole = told_and_whole
+    store, first, again = Kept(), failing(), failing()
     first.killed_at = 60
     with pytest.raises(KeyboardInterrupt):
-        deboom.surrogate_search(first, space, **budget, checkpoint=store)
+        deboom.surrogate_search(first, SPACE, **SMALL, checkpoint=store)
     assert len(store) == 59  # kept after every call
-    again = Counted(problem, fails)
-    resumed = deboom.surrogate_search(again, space, **budget, checkpoint=store)
+    resumed = deboom.surrogate_search(again, SPACE, **SMALL, checkpoint=store)
     assert again.n == len(whole.designs) - 59
-    np.testing.assert_array_equal(resumed.designs, whole.designs)
-    np.testing.assert_array_equal(resumed.front.values.objectives, whole.front.values.objectives)
+    assert_same_search(resumed, whole)
     pd.testing.assert_frame_equal(resumed.table, whole.table)
-
-    with pytest.raises(InputError, match="no solution"):
-        deboom.surrogate_search(Counted(problem, np.any), space, **budget)
 
 
 def test_what_has_no_surrogate_is_refused():

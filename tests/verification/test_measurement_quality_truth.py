@@ -17,7 +17,9 @@ from deboom.measurement.culprit import (
     error_variance,
     find_culprit,
 )
+from deboom.measurement.quality import quality_in_operation
 from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
+from deboom.measurement.virtual_point import sensor_geometry
 from deboom.physics.frf import FrfForm, convert
 from deboom.physics.rigid_body import rotation_matrix
 from samples.hammer_test import CAREFUL, EXACT, OFFSET, draw_fault, draw_hammer_test, measure
@@ -401,3 +403,13 @@ def test_three_sensors_determine_the_published_virtual_point(first_point):
     assert distances == pytest.approx([32.3, 26.0, 32.7], abs=0.05)
     assert np.linalg.matrix_rank(first_point.forward) == 6
     assert np.linalg.cond(first_point.forward) == pytest.approx(48.9, abs=0.05)
+
+
+def test_the_limit_of_the_overall_consistency_lies_halfway_from_chance():
+    """Of 18 channels the 6 rigid motions keep 1/3 of the energy of noise, √(1/3) of its size."""
+    test = draw_hammer_test(np.random.default_rng(21))
+    point = virtual_point.virtual_point(sensor_geometry(test.sensors))
+    measured = measure(test, np.random.default_rng(1))
+    checks = quality_in_operation(point, measured)
+    (overall,) = (c for c in checks if c.name == "overall consistency of sensors, mean")
+    assert overall.limit == pytest.approx((1 + np.sqrt(6 / 18)) / 2, rel=1e-12)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from deboom.errors import InputError
 from deboom.measurement.impact_test import ForceWindow, HammerOptions, hammer_frf
 from deboom.physics import frf
+from deboom.physics.frf import phase_error
 from deboom.physics.sound_level import mean_level, spl, splv
 from samples.struck_mass import DAMPING, NATURAL, POLES, fitted_pole, inertance, measured
 
@@ -420,3 +421,8 @@ def test_splv_is_a_sum_over_lines():
     of_one_pascal = spl(np.ones(161), FREQUENCY).sum()
     assert splv(level) == pytest.approx(product + of_one_pascal, rel=1e-10)
     assert mean_level(level) == pytest.approx(splv(level) / 161, rel=1e-12)
+
+
+def test_a_phase_error_is_the_angle_and_not_its_sine():
+    """Coherence 2/3 of two hits: half the magnitude by chance, so 30 degrees."""
+    assert phase_error(2 / 3, 2) == pytest.approx(np.pi / 6, rel=1e-12)

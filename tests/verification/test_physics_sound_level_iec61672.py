@@ -1,13 +1,16 @@
 """A-weighting against IEC 61672-1: its table, its analogue filter, and a real meter's readings."""
 
 import csv
+import io
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy import signal
+from scipy.io import wavfile
 
 from deboom.errors import InputError
+from deboom.files.sound import run_up_files
 from deboom.physics.sound_level import (
     a_weighting,
     band_energy_level,
@@ -156,10 +159,25 @@ def test_a_run_up_passes_each_pressure_at_its_line():
     assert length[at] == pytest.approx([0.3, 0.5, 0.35], rel=0.01)
 
 
+def test_a_run_up_file_fades_in_and_out_over_50_ms_by_a_cosine():
+    lines, pressure, rate = np.array([20.0, 60.0]), np.array([[0.2, 0.3]]), 8000
+    (file,), scale = run_up_files(pressure, lines, 1.0, rate)
+    heard = wavfile.read(io.BytesIO(file))[1] / 32767
+    unfaded = run_up_sound(pressure.T, lines, 1.0, rate)[:, 0] / scale
+    time = np.arange(rate) / rate
+    to_end = np.minimum(time, time[::-1])
+    fade = np.where(to_end < 0.05, np.sin(np.pi * to_end / 0.1) ** 2, 1.0)
+    # steps of 16 bit, and a window whose last sample is its end
+    np.testing.assert_allclose(heard, fade * unfaded, rtol=0, atol=2e-4)
+
+
 def test_the_threshold_of_hearing_is_that_of_iso_226_and_near_terhardts_formula():
     lines = np.array([20.0, 31.5, 50.0, 100.0, 200.0, 1000.0])
     unweighted = hearing_threshold(lines) - a_weighting(lines)
     np.testing.assert_allclose(unweighted, [78.5, 59.5, 44.0, 26.5, 14.4, 2.4], atol=1e-9)
+    # 44.0 dB at 50 Hz, 37.5 dB at 63 Hz: half way on the axis of octaves
+    middle = np.sqrt([50.0 * 63.0])
+    assert hearing_threshold(middle) - a_weighting(middle) == pytest.approx([40.75], abs=1e-9)
     # E. Terhardt, Hearing Research 1, 1979: 3.64 f^-0.8 - 6.5 exp(-0.6 (f - 3.3)²), f in kHz
     between = np.geomspace(20.0, 1000.0, 60)
     kilo = between / 1000.0

@@ -17,6 +17,7 @@ from deboom.vehicles import uncertain_data
 from deboom.vehicles.booming_model import BoomingModel, booming_model
 from deboom.vehicles.fleet import Fleet, PathContributions, Vehicle, path_contributions
 from deboom.vehicles.platform_uncertainty import force_sources
+from deboom.vehicles.uncertain_data import MeasuredArrays, transfer_floor, transfer_paths
 
 LINES = np.linspace(20.0, 60.0, 81)
 BAND = (20.0, 60.0)
@@ -346,3 +347,33 @@ def _weighting(frequency):
     f2 = frequency**2
     ratio = 12194**2 * f2**2 / ((f2 + 20.60**2) * (f2 + 12194**2))
     return 20 * np.log10(ratio / np.sqrt((f2 + 107.7**2) * (f2 + 737.9**2))) + 2.000
+
+
+def arrays_of(transfer):
+    """Make data of which only noise transfer functions are measured again."""
+    return MeasuredArrays(
+        **{
+            name: None
+            for name in MeasuredArrays.__dataclass_fields__
+            if name not in ("transfer", "frequency", "transfer_around")
+        },
+        transfer=transfer,
+        frequency=np.arange(float(transfer.shape[1])),
+        transfer_around=np.abs(transfer),
+    )
+
+
+def test_the_noise_floor_is_that_of_the_real_and_of_the_imaginary_part():
+    quiet = arrays_of(np.zeros((1, 200, 200), dtype=complex))
+    drawn = transfer_floor("stated", 2e-5).measured_again(quiet, np.random.default_rng(1)).transfer
+    assert drawn.real.std() == pytest.approx(2e-5, rel=0.02)
+    assert drawn.imag.std() == pytest.approx(2e-5, rel=0.02)
+
+
+def test_an_error_known_from_few_measurements_is_students():
+    """Mean square of Student's t with 6 degrees of freedom: 6/4 of the stated."""
+    data, rng = arrays_of(np.ones((1, 3, 40), dtype=complex)), np.random.default_rng(1)
+    paths = transfer_paths("found", 0.01, 1e-3, degrees_of_freedom=6.0)
+    drawn = (paths.measured_again(data, rng).transfer for _ in range(3000))
+    squares = [np.mean(np.abs(transfer - 1) ** 2) for transfer in drawn]
+    assert np.mean(squares) / 0.01**2 == pytest.approx(1.5, rel=0.06)

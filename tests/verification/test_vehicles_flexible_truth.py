@@ -194,10 +194,16 @@ def test_receptances_that_no_body_has_are_refused():
         values[:, 1:3, 4:] *= -1.0
         return values
 
+    def mixed_up(values):
+        above = np.triu_indices(10, 1)
+        values[:, *above] = values[::-1, *above]
+        return values
+
     refusals = {
         "gives energy at": of_values(np.negative),
         "gives energy": of_values(np.conj),
-        "differs from its transpose": of_values(one_way),
+        "at .* has the other sign of that at": of_values(one_way),
+        "differs from its transpose": of_values(mixed_up),
         "is in mm/N": lambda frf: replace(frf, unit="mm/N"),
         "has responses at": lambda frf: frf.select(outputs=PATHS[:9]),
     }
@@ -209,3 +215,39 @@ def test_receptances_that_no_body_has_are_refused():
     shifted = other(fleet, lambda frf: replace(frf, frequency=frf.frequency + 0.25))
     with pytest.raises(InputError, match="v1: its receptance has other lines than load case r"):
         model(False, shifted)
+
+
+def car(loss, stiff=0.0, skew=0.0):
+    """Return a vehicle with two paths, from the lossy part of its receptance (f, 2, 2)."""
+    lines, paths = np.arange(1.0, 1.0 + len(loss)), ("M x", "M y")
+    values = stiff * np.eye(2) - 1j * np.asarray(loss) + 1j * skew * np.array([[0, 1], [-1, 0]])
+    heard = Frf(lines, np.ones((len(lines), 1, 2), dtype=complex), ("ear",), paths, "Pa/N")
+    return Vehicle("v", "g", heard, Frf(lines, values, paths, paths, "m/N"))
+
+
+@pytest.mark.parametrize("skew", [0.0, 0.9, -0.9])
+def test_a_body_gives_at_most_half_of_the_energy_that_it_takes(skew):
+    """Two paths of loss 1, coupled by c: powers 1 + c and 1 - c, whatever is not reciprocal."""
+    car([[[1.0, 2.9], [2.9, 1.0]]], stiff=10.0, skew=skew)
+    with pytest.raises(InputError, match="v: its receptance gives 51 % of the energy that it"):
+        car([[[1.0, 3.1], [3.1, 1.0]]], stiff=10.0, skew=skew)
+
+
+def test_a_path_gives_energy_at_some_lines_only():
+    """Three lines give 1 each: of all that is exchanged half is given if the fourth takes 1."""
+    loss = np.zeros((4, 2, 2))
+    loss[:, 0, 0], loss[:, 1, 1] = [1.02, -1.0, -1.0, -1.0], 10.0
+    car(loss)
+    loss[0, 0, 0] = 0.98
+    with pytest.raises(InputError, match="v: its receptance gives energy at M x: check the sign"):
+        car(loss)
+
+
+def test_a_body_answers_as_the_mean_of_there_and_back():
+    there = vehicles()
+    size = np.abs(there.vehicles[1].receptance.values).mean()
+    skew = 0.1 * size * np.random.default_rng(5).normal(size=(10, 10))
+    unlike = other(there, lambda frf: replace(frf, values=frf.values + (skew - skew.T)))
+    np.testing.assert_allclose(
+        model(False, unlike).pressure(FACTORS), model(False).pressure(FACTORS), rtol=1e-9
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 import zlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.bench import campaign, layout, writing
+from deboom.bench.families import Family, draw_family
 from deboom.bench.operating_run import PlannedRun, static_direction_forces, true_run
 from deboom.bench.platform_writer import (
     engine_section,
@@ -45,6 +46,7 @@ def write_campaign(
     errors: campaign.CampaignErrors | None = None,
     progress: Progress | None = None,
     bench: VirtualBench | None = None,
+    family: Family | None = None,
 ) -> Path:
     """Measure a campaign on the virtual bench and write its files.
 
@@ -65,6 +67,9 @@ def write_campaign(
         Called with the files written so far, all files, and the name of the last one.
     bench : VirtualBench, optional
         Powertrain and mounts as drawn; by default the virtual platform's.
+    family : Family, optional
+        Rubber and laboratory, see `deboom.bench.families.draw_family`; the tolerances that the
+        folder states stay those of `errors`.
 
     Returns
     -------
@@ -74,11 +79,13 @@ def write_campaign(
     Raises
     ------
     InputError
-        Seed below 1; a mount set or gear that does not exist; a folder that is not empty or cannot
-        be written.
+        Seed below 1; a mount set or gear that does not exist; a family with lines or sensors that
+        are missing; a folder that is not empty or cannot be written.
     """
     writing.check_seed(seed)
-    bench, errors = bench or load_bench(), errors or campaign.CampaignErrors()
+    family = family or draw_family("", seed, 1)
+    family.refuse(("gaps", "dead"), "a campaign")
+    bench, errors = family.bench(bench or load_bench()), errors or campaign.CampaignErrors()
     for name in plan.mount_sets:
         with_mount_set(bench, name)  # refuse before any work
     # the first four children belong to the virtual platform of the same seed
@@ -86,11 +93,12 @@ def write_campaign(
     drawn = draw_data_sheet(bench, np.random.default_rng(for_sheet))
     sheet = drawn if errors.data_sheet else exact_data_sheet(bench)
     sensors = campaign.draw_campaign_sensors(bench, errors, for_sensors)
+    true_errors = replace(errors, chain=family.budget(errors.chain))
     file = _campaign_file(bench, sheet, plan, errors, seed)
     entries = (file.shaker_runs, file.static_curves, file.runs, file.time_runs)
     n_file = sum(map(len, entries)) + 1
     with complete_or_not_at_all(Path(folder)) as unfinished:
-        session = _Session(unfinished, seed, plan, errors, bench, sensors)
+        session = _Session(unfinished, seed, plan, true_errors, bench, sensors)
         for done, name in enumerate(_write_files(session, sheet, file), 1):
             if progress is not None:
                 progress(done, n_file, name)

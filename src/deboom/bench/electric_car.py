@@ -7,9 +7,8 @@ around a point are those around a mount of the bench's other vehicles.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -17,6 +16,7 @@ from scipy.linalg import block_diag
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench import compressor_rig as rig
 from deboom.bench.compressor_truth import COMPRESSOR_DATA, Compressor, Hose
+from deboom.bench.families import BodyKind, log_uniform
 from deboom.bench.fleet import Body, Cabin, noise_transfer, read_cabin, receptance
 from deboom.bench.powertrain import read_data
 from deboom.bench.signals import complex_normal
@@ -54,6 +54,9 @@ NOMINAL_FREQUENCIES = np.array(
 """Of the prior's body modes [Hz]."""
 
 NOMINAL_DAMPING = 0.03
+HIGHEST = 165.0
+"""Frequency up to which the bodies of a family have modes [Hz]."""
+
 PANEL_SHAPE = 0.04
 """Spread of the modes at the panels [kg^-1/2]."""
 
@@ -103,7 +106,7 @@ def columns_of(points: tuple[str, ...], n_motion: int = len(DOFS)) -> list[int]:
 def frozen_fleet() -> dict[str, ElectricCarBody]:
     """Return the five cars of ``data/electric_fleet.json``, an unselected draw of the prior."""
     data = read_data(ELECTRIC_FLEET)
-    cabin, stiffness = read_cabin(data), _local_stiffness(data)
+    cabin, stiffness = read_cabin(data), _local_stiffness(data["local_stiffness_N_per_m"])
     cars = {}
     for name, modes in data["vehicles"].items():
         arrays = {key: np.array(values) for key, values in modes.items()}
@@ -111,21 +114,34 @@ def frozen_fleet() -> dict[str, ElectricCarBody]:
     return cars
 
 
-def draw_fleet(seed: int) -> dict[str, ElectricCarBody]:
+def draw_fleet(seed: int, kind: BodyKind | None = None) -> dict[str, ElectricCarBody]:
     """Draw a fleet of as many cars from the prior of the frozen one, and select nothing.
 
     - `seed`: seed, from 1. The frozen fleet is the draw of 20261121, rounded to nine digits.
+    - `kind`: distribution of bodies of a family; by default the prior. The same density of modes up
+      to `HIGHEST`, damping, stiffness of attachments and size of the shapes at the mounts.
     - raises InputError: seed below 1.
 
     One platform: the first car has the base's shapes, the others theirs with a log-normal factor
     per entry. The mounts stand on a carrier that moves almost as a rigid body; the ends of the
-    hoses follow it in part. One factor on all shapes at the points gives the first car the median
-    `LEVEL`.
+    hoses follow it in part. One factor on all shapes, at the points or, of a family, at the panels,
+    gives the first car the median `LEVEL`.
     """
     check_seed(seed)
     data, generator = read_data(ELECTRIC_FLEET), np.random.default_rng(seed)
-    cabin, n_mode = read_cabin(data), NOMINAL_FREQUENCIES.size
-    at_points = _draw_shapes(generator)
+    cabin, nominal = read_cabin(data), NOMINAL_FREQUENCIES
+    mean_damping = np.full(nominal.size, NOMINAL_DAMPING)
+    local, size = _local_stiffness(data["local_stiffness_N_per_m"]), None
+    if kind is not None:
+        low, high = kind.frequency
+        density = float(generator.uniform(*kind.modes)) / (high - low)
+        n_drawn = round(density * (HIGHEST - low))
+        nominal = np.sort(generator.uniform(low, HIGHEST, n_drawn))
+        mean_damping = log_uniform(generator, kind.damping, n_drawn)
+        local = _local_stiffness(float(log_uniform(generator, kind.stiffness)))
+        size = float(log_uniform(generator, kind.shape))
+    n_mode = nominal.size
+    at_points = _draw_shapes(n_mode, generator)
     at_panels = PANEL_SHAPE * generator.normal(0, 1, (n_mode, cabin.panel_areas.size))
 
     def spread(shapes: RealArray) -> RealArray:
@@ -134,15 +150,19 @@ def draw_fleet(seed: int) -> dict[str, ElectricCarBody]:
     cars: dict[str, ElectricCarBody] = {}
     scale = 1.0
     for name in data["vehicles"]:
-        frequencies = NOMINAL_FREQUENCIES * np.exp(generator.normal(0, FREQUENCY_SPREAD, n_mode))
-        damping = NOMINAL_DAMPING * np.exp(generator.normal(0, DAMPING_SPREAD, n_mode))
+        frequencies = nominal * np.exp(generator.normal(0, FREQUENCY_SPREAD, n_mode))
+        damping = mean_damping * np.exp(generator.normal(0, DAMPING_SPREAD, n_mode))
         own_points = spread(at_points) if cars else at_points
         own_panels = spread(at_panels) if cars else at_panels
-        body = Body(frequencies, damping, own_points, own_panels, _local_stiffness(data))
+        body = Body(frequencies, damping, own_points, own_panels, local)
         if not cars:
             at_mounts = noise_transfer(body, cabin, LEVEL_LINES)[:, columns_of(MOUNTS, 3)]
             scale = LEVEL / float(np.median(np.abs(at_mounts)))
-        body = replace(body, shapes_at_paths=scale * own_points)
+            if size is not None:
+                of_mounts = size / float(own_points[:, columns_of(MOUNTS, 3)].std())
+                scale, at_panels = of_mounts, scale / of_mounts * at_panels
+                own_panels = at_panels
+        body = replace(body, shapes_at_paths=scale * own_points, shapes_at_panels=own_panels)
         cars[name] = ElectricCarBody(name, body, cabin)
     return cars
 
@@ -162,15 +182,13 @@ def point_positions() -> dict[str, RealArray]:
     return dict(zip(POINTS, [*mounts, *ends], strict=True))
 
 
-def _local_stiffness(data: Mapping[str, Any]) -> RealArray:
+def _local_stiffness(translation: float) -> RealArray:
     """Return the local stiffness of all motions at all points, shape (30,)."""
-    translation = data["local_stiffness_N_per_m"]
     return np.tile(np.repeat([translation, translation * PATCH_RADIUS**2], 3), len(POINTS))
 
 
-def _draw_shapes(generator: np.random.Generator) -> RealArray:
+def _draw_shapes(n_mode: int, generator: np.random.Generator) -> RealArray:
     """Draw the modes at all points, shape (n_mode, 30)."""
-    n_mode = NOMINAL_FREQUENCIES.size
 
     def normal(deviation: float = 1.0) -> RealArray:
         return generator.normal(0, 1, (n_mode, 3)) * deviation
@@ -528,12 +546,15 @@ def sweep_car(
     return CarSweep(pressure, hoses, run, (-squared * seen, -squared * holder, sound))
 
 
-def tracked(sweep: CarSweep, generator: np.random.Generator) -> tuple[ComplexArray, ...]:
-    """Return the delivered spectra: the channels with scatter and noise."""
+def tracked(
+    sweep: CarSweep, generator: np.random.Generator, factor: float = 1.0
+) -> tuple[ComplexArray, ...]:
+    """Return the delivered spectra: the channels with scatter and noise, times a factor [1]."""
     channel = rig.floor(sweep.run.frequency)[:, None]
 
     def noisy(exact: ComplexArray, deviation: RealArray | float) -> ComplexArray:
         scatter, noise = generator.standard_normal((2, *exact.shape, 2)) @ [1, 1j] / np.sqrt(2)
+        scatter, noise = factor * scatter, factor * noise
         return np.asarray(exact * (1 + rig.SCATTER * scatter) + deviation * noise)
 
     floors = (channel, channel, np.sqrt(2) * SOUND_FLOOR)

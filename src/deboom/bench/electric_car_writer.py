@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from deboom.bench.compressor_writer import (
     write_hammer_tests,
     write_operation,
 )
+from deboom.bench.families import KINDS, draw_family
 from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.errors import InputError
 from deboom.files.disk import complete_or_not_at_all
@@ -45,6 +47,7 @@ def write_electric_car(
     plan: rig.OperationPlan = CAR_PLAN,
     *,
     noise_free: bool = False,
+    family: str = "",
 ) -> Path:
     """Measure one electric car and its compressor, and write their files.
 
@@ -65,6 +68,9 @@ def write_electric_car(
         Plan; by default the thesis's compressor, scattered hoses, mounts as under the hammer.
     noise_free : bool
         Everything is where it should be, and silent. The folder states the same tolerances.
+    family : str
+        Bodies, rubber in the car and noise, see `deboom.bench.families.draw_family`; by default
+        those of the bench's own prior. `fleet` draws the bodies, by default as seed 1.
 
     Returns
     -------
@@ -75,7 +81,8 @@ def write_electric_car(
     Raises
     ------
     InputError
-        Seed below 1; no such car; a plan with softening mounts, a receiver or a record over time; a
+        Seed below 1; no such car or family; a family with mounts that differ or soften, or with
+        missing lines or sensors; a plan with softening mounts, a receiver or a record over time; a
         folder that is not empty or cannot be written.
     """
     struck = plan.compressor
@@ -84,7 +91,20 @@ def write_electric_car(
             "a car is written with mounts that do not soften, on its own body, and with order "
             "spectra only: leave softening, receiver and time record out"
         )
-    cars = electric_car.frozen_fleet() if fleet is None else electric_car.draw_fleet(fleet)
+    drawn = draw_family(family, seed, plan.truth_seed)
+    drawn.refuse(("apart", "payne", "gaps", "dead"), "an electric car")
+    kind = KINDS.get(drawn.kind)
+    if fleet is None and kind is None:
+        cars = electric_car.frozen_fleet()
+    else:
+        cars = electric_car.draw_fleet(1 if fleet is None else fleet, kind)
+    stiffness, loss = (float(factors[0]) for factors in drawn.in_car(len(electric_car.MOUNTS)))
+    plan = replace(
+        plan,
+        mount_storage=stiffness * plan.mount_storage,
+        mount_loss=stiffness * loss * plan.mount_loss,
+    )
+    noise = drawn.values["noise"]
     if car not in cars:
         raise InputError(f"there is no car '{car}' in the fleet: use {', '.join(cars)}")
     body = cars[car]
@@ -107,11 +127,16 @@ def write_electric_car(
     channels = [
         sweep.channels
         if noise_free
-        else electric_car.tracked(sweep, rig.draw(seed, _RUNNING, number))
+        else electric_car.tracked(sweep, rig.draw(seed, _RUNNING, number), noise)
         for number, sweep in enumerate(sweeps)
     ]
     hits = electric_car.body_plan(noise_free=noise_free)
-    cabin_noise = 0.0 if noise_free else electric_car.CABIN_NOISE
+    hits = replace(
+        hits,
+        response_noise=noise * hits.response_noise,
+        force_noise=noise * hits.force_noise,
+    )
+    cabin_noise = 0.0 if noise_free else noise * electric_car.CABIN_NOISE
     frfs = electric_car.strike_body(
         body, setup, hits, cabin_noise, sensors[1], rig.draw(seed, _STRIKING)
     )
@@ -149,6 +174,8 @@ def write_electric_car(
             ELECTRIC_CAR_FILE,
         )
         _write_truth(unfinished / "truth", body, setup, sensors[1], sweeps)
+        if family:
+            drawn.write_truth(unfinished / "truth")
     return Path(folder)
 
 

@@ -27,8 +27,6 @@ FROZEN_SEED = 1
 LOWEST_FREQUENCY = 8.0
 """A mode stays above this frequency [Hz], whatever stiffness a panel loses."""
 
-LOWEST_DAMPING = 0.01
-
 
 @dataclass(frozen=True, eq=False)
 class CavityMode:
@@ -275,7 +273,7 @@ def modified_body(
     modes = scale.T @ vectors
     modes = modes * np.where(np.diag(modes) < 0, -1.0, 1.0)
     share = modes**2 / np.sum(modes**2, axis=0)
-    damping = np.maximum(body.damping_ratios @ share, LOWEST_DAMPING)
+    damping = body.damping_ratios @ share
     frequencies = np.sqrt(np.maximum(squared, (2 * np.pi * LOWEST_FREQUENCY) ** 2)) / (2 * np.pi)
     return Body(
         frequencies=frequencies,

@@ -266,8 +266,8 @@ MOST_ITERATIONS = 100
 class CarErrors:
     """What makes the car another one than bench and noise transfer functions say.
 
-    - `mount_stiffness`: factor on every dynamic stiffness: the mounts are warmer than on the bench
-      [1].
+    - `mount_stiffness`, `mount_loss`: factor on every dynamic stiffness, and on its loss factor, of
+      all channels or of each: the mounts are warmer than on the bench [1].
     - `other_paths`: pressure over paths that nobody measured: air, shafts, exhaust; rms over the
       lines against that of the mounts [1].
     - `n_ripple`: cosines over the band that make it up.
@@ -275,11 +275,12 @@ class CarErrors:
     - `microphone_floor`: deviation of real and imaginary part [Pa].
     """
 
-    mount_stiffness: float = 0.97
+    mount_stiffness: float | RealArray = 0.97
     other_paths: float = 0.06
     n_ripple: int = 10
     torque: float = 0.01
     microphone_floor: float = 1e-3
+    mount_loss: float | RealArray = 1.0
 
 
 NO_CAR_ERRORS = CarErrors(1.0, 0.0, 10, 0.0, 0.0)
@@ -325,7 +326,8 @@ def drive(
     gear: int,
     engine_torque: RealArray,
     frequency: RealArray,
-    mount_stiffness: float = 1.0,
+    mount_stiffness: float | RealArray = 1.0,
+    mount_loss: float | RealArray = 1.0,
 ) -> CoupledRun:
     """Solve powertrain, mounts and flexible body together.
 
@@ -334,7 +336,8 @@ def drive(
     - `gear`: gear, from 1.
     - `engine_torque`, `frequency` (f,): engine torque in the order of rising speed [N m], and
       frequency of the dominant order [Hz].
-    - `mount_stiffness`: factor on every dynamic stiffness [1].
+    - `mount_stiffness`, `mount_loss`: factor on every dynamic stiffness, and on its loss factor, of
+      all channels or of each (n_channel,) [1].
     - raises InputError, ArithmeticError: no such gear; amplitudes that do not settle.
 
     Equations of motion of the powertrain (6), the wheel ends (2) and the body's modes. A mount acts
@@ -360,6 +363,7 @@ def drive(
         stiffness = mount_stiffness * _stiffness(
             bench, remembered, np.exp(log_amplitude), frequency
         )
+        stiffness.imag *= mount_loss
         if turn is None:
             in_series = stiffness / (1 + stiffness * flexibility)
             matrix = impedance + (relative.T * in_series[:, None, :]) @ relative

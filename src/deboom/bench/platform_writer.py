@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from deboom.arrays import ComplexArray
+from deboom.arrays import BoolArray, ComplexArray
 from deboom.bench import layout, sensors, writing
+from deboom.bench.families import BRACKETS, Family, draw_family
 from deboom.bench.fleet import (
     FROZEN_SEED,
     BenchFleet,
     Body,
     BodySpread,
     ear_transfer,
-    load_fleet,
     noise_transfer,
     path_receptance,
     scattered_body,
@@ -59,6 +60,9 @@ def write_platform(
     tilt: float = 0.0,
     receptance: bool = False,
     body_scatter: float = 1.0,
+    family: str = "",
+    load_cases: tuple[PlannedRun, ...] = layout.LOAD_CASES,
+    groups: tuple[str, ...] = (),
 ) -> Path:
     """Measure the virtual platform and write its files.
 
@@ -83,6 +87,13 @@ def write_platform(
     body_scatter : float
         Factor on what cars of one drawing differ by [1], see `deboom.bench.fleet.load_fleet`; seed
         1, whose fleet is frozen, takes 1 alone.
+    family : str
+        Bodies, rubber and laboratory, see `deboom.bench.families.draw_family`; by default those of
+        the bench's own prior.
+    load_cases : tuple of PlannedRun
+        Full-load runs on the bench, among them that of 220 N m in fifth gear.
+    groups : tuple of str
+        Groups of the vehicles that are measured; by default all.
 
     Returns
     -------
@@ -93,17 +104,26 @@ def write_platform(
     ------
     InputError
         Seed below 1; a tilt below 0 or above 90 degrees; a body scatter below 0, or another one
-        than 1 with seed 1; a folder that is not empty or cannot be written.
+        than 1 with seed 1; a family that does not exist; a folder that is not empty or cannot be
+        written.
     """
     writing.check_seed(seed)
     writing.check_seed(truth_seed)
-    fleet, bench = load_fleet(seed, body_scatter), load_bench(truth_seed, tilt)
-    n_file = len(layout.LOAD_CASES) + len(fleet.bodies) + 1
+    drawn = draw_family(family, seed, truth_seed)
+    fleet, bench = drawn.fleet(body_scatter), drawn.bench(load_bench(truth_seed, tilt))
+    if groups:
+        bodies = {name: b for name, b in fleet.bodies.items() if name.startswith(groups)}
+        fleet = replace(fleet, bodies=bodies)
+    n_file = len(load_cases) + len(fleet.bodies) + 1
     with complete_or_not_at_all(Path(folder)) as unfinished:
-        files = _write_files(unfinished, seed, fleet, bench, per_piece, receptance)
+        files = _write_files(
+            unfinished, drawn, fleet, bench, load_cases, per_piece=per_piece, receptance=receptance
+        )
         for done, name in enumerate(files, 1):
             if progress is not None:
                 progress(done, n_file, name)
+        if family:
+            drawn.write_truth(unfinished / "truth")
     return Path(folder)
 
 
@@ -177,14 +197,17 @@ def write_powertrain_truth(folder: Path, bench: VirtualBench) -> None:
 
 def _write_files(
     folder: Path,
-    seed: int,
+    family: Family,
     fleet: BenchFleet,
     bench: VirtualBench,
+    load_cases: tuple[PlannedRun, ...],
+    *,
     per_piece: bool,
     receptance: bool,
 ) -> Iterator[str]:
     """Draw everything, and write every file; give the name of the larger ones."""
-    budget = sensors.ErrorBudget()
+    seed, budget = family.seed, family.budget(sensors.ErrorBudget())
+    lines = family.measured(layout.FREQUENCY)
     # one child per purpose, so that a change of one draw leaves the others as they are
     children = np.random.SeedSequence(seed).spawn(6)
     for_sheet, for_sensors, for_runs, for_vehicles, for_wheel_end, for_torque = children
@@ -198,14 +221,18 @@ def _write_files(
 
     runs = {}
     torque_noise = np.random.default_rng(for_torque)
-    for case, child in zip(layout.LOAD_CASES, for_runs.spawn(len(layout.LOAD_CASES)), strict=True):
+    dead = family.dead_sensor(len(instrumentation.sensor_forward) // len(AXES))
+    for case, child in zip(load_cases, for_runs.spawn(len(load_cases)), strict=True):
         run = true_run(bench, case, layout.FREQUENCY)
-        measured = sensors.measured_run(instrumentation, run, budget, np.random.default_rng(child))
+        measured = sensors.measured_run(
+            instrumentation, run, budget, np.random.default_rng(child), dead
+        )
         name = f"operating/{case.name}.uff"
-        write_uff(folder / name, _operating_functions(bench, measured, case))
+        write_uff(folder / name, _operating_functions(bench, measured, case, lines))
         torque = run.engine_torque + torque_noise.normal(0, TORQUE_NOISE, layout.FREQUENCY.size)
         table = folder / f"operating/{case.name}_torque.csv"
-        rows.write_torque_table(table, layout.FREQUENCY, np.round(torque, TORQUE_DIGITS))
+        stated = np.round(torque, TORQUE_DIGITS)
+        rows.write_torque_table(table, layout.FREQUENCY[lines], stated[lines])
         runs[case.name] = run
         yield name
 
@@ -220,14 +247,14 @@ def _write_files(
         if per_piece:
             sides = ear_transfer(body, fleet.cabin, layout.FREQUENCY)[:, 0, -len(SIDES) :, 0]
             true = np.hstack([true[:, :-1], sides])
-        heard = sensors.measured_noise_transfer(
-            true, sensors.TransferErrors(), np.random.default_rng(child)
-        )
+        errors = sensors.TransferErrors()
+        errors = replace(errors, floor=family.values["noise"] * errors.floor)
+        heard = sensors.measured_noise_transfer(true, errors, np.random.default_rng(child))
         name = f"noise_transfer/{vehicle}.uff"
-        write_uff(folder / name, _noise_transfer_functions(heard, vehicle, node, listed))
+        write_uff(folder / name, _noise_transfer_functions(heard, vehicle, node, listed, lines))
         transfers[vehicle] = true
         if receptance:
-            _write_receptance(folder, seed, vehicle, body, listed, per_piece)
+            _write_receptance(folder, family, vehicle, body, listed, lines, per_piece=per_piece)
         yield name
 
     np.savez(
@@ -247,33 +274,37 @@ def _write_files(
     write_powertrain_truth(folder / "truth", bench)
     tables.write_table(folder / MOUNT_TABLE, rows.MountRow, mount_rows(bench, sheet))
     tables.write_table(folder / CHANNEL_TABLE, rows.ChannelRow, _channel_rows(bench, listed))
-    origin = "the frozen fleet" if seed == FROZEN_SEED else "a fleet drawn from the prior"
+    origin = "a fleet drawn from the prior"
+    if family.kind != BRACKETS:
+        origin = f"a fleet with bodies of the kind {family.kind}"
+    elif seed == FROZEN_SEED:
+        origin = "the frozen fleet"
     first, last = layout.FREQUENCY[[0, -1]]
     writing.write_readme(
         folder,
         TITLE,
         f"Written by deboom bench write FOLDER --seed {seed} ({origin}). All spectra: "
-        f"{layout.FREQUENCY.size} lines from {first:g} to {last:g} Hz, engine order "
+        f"{np.count_nonzero(lines)} lines from {first:g} to {last:g} Hz, engine order "
         f"{bench.order_torque.order:g}. {writing.VEHICLE_AXES} No study reads truth/, and "
         "deleting it changes no result.",
         "platform",
         "platform.toml",
     )
-    file = _platform_file(bench, sheet, wheel_end_mass, fleet, receptance)
+    file = _platform_file(bench, sheet, wheel_end_mass, fleet, load_cases, receptance=receptance)
     dump_toml(folder / "platform.toml", file)
     yield "platform.toml"
 
 
 def _operating_functions(
-    bench: VirtualBench, measured: sensors.MeasuredRun, case: PlannedRun
+    bench: VirtualBench, measured: sensors.MeasuredRun, case: PlannedRun, lines: BoolArray
 ) -> list[UffFunction]:
     """Return displacement and force of one run at every virtual point, UFF type 0."""
     columns = [(point, axis) for point in layout.points(bench) for axis in point.axes]
     return [
         writing.function(
             writing.SPECTRUM,
-            layout.FREQUENCY,
-            values,
+            layout.FREQUENCY[lines],
+            values[lines],
             writing.Dof(point.node, f"+{axis}", point.name, quantity),
             None,
             f"order {bench.order_torque.order:g}, {quantity} at the virtual point, "
@@ -290,14 +321,18 @@ def _operating_functions(
 
 
 def _noise_transfer_functions(
-    measured: ComplexArray, vehicle: str, ear_node: int, listed: Sequence[tuple[layout.Point, str]]
+    measured: ComplexArray,
+    vehicle: str,
+    ear_node: int,
+    listed: Sequence[tuple[layout.Point, str]],
+    lines: BoolArray,
 ) -> list[UffFunction]:
     """Return the pressure at the driver's ear per force at every path, UFF type 4."""
     return [
         writing.function(
             writing.FRF,
-            layout.FREQUENCY,
-            values,
+            layout.FREQUENCY[lines],
+            values[lines],
             writing.Dof(ear_node, "scalar", "driver ear", "pressure"),
             writing.Dof(point.node, f"+{axis}", point.mount, "force"),
             f"noise transfer function, {vehicle}, {point.channel(axis)}",
@@ -309,23 +344,25 @@ def _noise_transfer_functions(
 
 def _write_receptance(
     folder: Path,
-    seed: int,
+    family: Family,
     vehicle: str,
     body: Body,
     listed: Sequence[tuple[layout.Point, str]],
+    lines: BoolArray,
+    *,
     per_piece: bool,
 ) -> None:
     """Measure a body between its paths with a hammer, on another day, UFF type 4."""
-    generator = np.random.default_rng([seed, zlib.crc32(f"receptance {vehicle}".encode())])
+    generator = np.random.default_rng([family.seed, zlib.crc32(f"receptance {vehicle}".encode())])
     struck = scattered_body(body, BodySpread(), generator)
     values = path_receptance(struck, layout.FREQUENCY, per_piece=per_piece)
     noise = complex_normal(values.shape, generator) / np.sqrt(2.0)
-    values = values * (1.0 + RECEPTANCE_NOISE * noise)
+    values = values * (1.0 + family.values["noise"] * RECEPTANCE_NOISE * noise)
     functions = [
         writing.function(
             writing.FRF,
-            layout.FREQUENCY,
-            values[:, row, column],
+            layout.FREQUENCY[lines],
+            values[lines, row, column],
             writing.Dof(point.node, f"+{axis}", point.mount, "displacement"),
             writing.Dof(struck_point.node, f"+{along}", struck_point.mount, "force"),
             f"receptance, {vehicle}, {point.channel(axis)} per {struck_point.channel(along)}",
@@ -334,7 +371,8 @@ def _write_receptance(
         for column, (struck_point, along) in enumerate(listed)
     ]
     (folder / "receptance").mkdir(exist_ok=True)
-    write_uff(folder / f"receptance/{vehicle}.uff", functions, binary=True)
+    # an abscissa with gaps is uneven, and binary files have even ones alone
+    write_uff(folder / f"receptance/{vehicle}.uff", functions, binary=bool(lines.all()))
 
 
 def _channel_rows(
@@ -368,6 +406,8 @@ def _platform_file(
     sheet: sensors.DataSheet,
     wheel_end_mass: float,
     fleet: BenchFleet,
+    load_cases: tuple[PlannedRun, ...],
+    *,
     receptance: bool,
 ) -> platform.PlatformFile:
     """Return the content of ``platform.toml``."""
@@ -401,6 +441,6 @@ def _platform_file(
                 operating=f"operating/{case.name}.uff",
                 torque_table=f"operating/{case.name}_torque.csv",
             )
-            for case in layout.LOAD_CASES
+            for case in load_cases
         ),
     )

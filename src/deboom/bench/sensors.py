@@ -166,11 +166,12 @@ def measured_run(
     run: OperatingRun,
     budget: ErrorBudget,
     generator: np.random.Generator,
+    dead: int | None = None,
 ) -> MeasuredRun:
     """Record one run with the bench's sensors and refer the channels to the virtual points.
 
-    The body's acceleration follows from all accelerometers by least squares, the force from
-    ``F = FTM⁻¹ F_cell``; a wishbone mount has its own sensor and cell and needs neither.
+    The body's acceleration follows from all accelerometers but a `dead` one by least squares, the
+    force from ``F = FTM⁻¹ F_cell``; a wishbone mount has its own sensor and cell and needs neither.
     """
     n_line = run.frequency.size
     to_acceleration = -((2 * np.pi * run.frequency[:, None]) ** 2)
@@ -187,7 +188,10 @@ def measured_run(
     side = side_clean + order_noise(side_clean, 1, budget.acceleration_noise, generator)
     side_force = side_force + order_noise(side_force, 1, budget.force_noise, generator)
 
-    body = np.linalg.lstsq(instrumentation.sensor_forward, acceleration.T, rcond=None)[0]
+    kept = np.arange(clean.shape[1] // 3) != (-1 if dead is None else dead)
+    alive = np.repeat(kept, 3)
+    forward, seen = instrumentation.sensor_forward[alive], acceleration[:, alive]
+    body = np.linalg.lstsq(forward, seen.T, rcond=None)[0]
     at_points = np.hstack([(instrumentation.point_forward @ body).T, side])
     by_mount = cells.reshape(n_line, -1, 3)[..., None]
     force = np.linalg.solve(instrumentation.force_transfer, by_mount)[..., 0]

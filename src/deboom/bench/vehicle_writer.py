@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from deboom.arrays import ComplexArray
 from deboom.bench import writing
+from deboom.bench.families import Family, draw_family
 from deboom.bench.fleet import (
     EARS,
     NO_SPREAD,
@@ -18,7 +19,6 @@ from deboom.bench.fleet import (
     BodySpread,
     ear_transfer,
     interface_shapes,
-    load_fleet,
     scattered_body,
 )
 from deboom.bench.layout import (
@@ -125,6 +125,7 @@ def write_vehicle(
     truth_seed: int = 1,
     tilt: float = 0.0,
     body_scatter: float = 1.0,
+    family: str = "",
 ) -> Path:
     """Measure one vehicle and write its files.
 
@@ -154,6 +155,9 @@ def write_vehicle(
     body_scatter : float
         Factor on what cars of one drawing differ by [1], see `deboom.bench.fleet.load_fleet`; seed
         1, whose fleet is frozen, takes 1 alone.
+    family : str
+        Bodies, rubber and laboratory, see `deboom.bench.families.draw_family`; by default those of
+        the bench's own prior. Rubber that it names is in the car in place of that of `errors`.
 
     Returns
     -------
@@ -163,26 +167,47 @@ def write_vehicle(
     Raises
     ------
     InputError
-        Seed below 1; a vehicle, mount set or gear that does not exist; a body scatter below 0, or
-        another one than 1 with seed 1; a folder that is not empty or cannot be written.
+        Seed below 1; a vehicle, mount set, gear or family that does not exist; a family with lines
+        or sensors that are missing; a body scatter below 0, or another one than 1 with seed 1; a
+        folder that is not empty or cannot be written.
     """
     writing.check_seed(seed)
     writing.check_seed(truth_seed)
-    fleet, bench = (
-        load_fleet(seed, body_scatter),
-        with_mount_set(load_bench(truth_seed, tilt), parts),
-    )
+    drawn = draw_family(family, seed, truth_seed)
+    drawn.refuse(("gaps", "dead"), "a vehicle's measurement")
+    fleet = drawn.fleet(body_scatter)
+    bench = with_mount_set(drawn.bench(load_bench(truth_seed, tilt)), parts)
     if vehicle not in fleet.bodies:
         raise InputError(
             f"there is no vehicle '{vehicle}' in the fleet: use {', '.join(fleet.bodies)}"
         )
     with complete_or_not_at_all(Path(folder)) as unfinished:
-        session = _Session(unfinished, seed, vehicle, bench, fleet, errors or VehicleErrors())
+        of_family = _of_family(errors or VehicleErrors(), drawn, len(bench.mount_names))
+        session = _Session(unfinished, seed, vehicle, bench, fleet, of_family)
         files = _write_files(session, parts, load_cases, accelerance)
         for done, name in enumerate(files, 1):
             if progress is not None:
                 progress(done, len(load_cases) + 4, name)
+        if family:
+            drawn.write_truth(unfinished / "truth")
     return Path(folder)
+
+
+def _of_family(errors: VehicleErrors, family: Family, n_mount: int) -> VehicleErrors:
+    """Return the errors with a family's noise, and its rubber in the car where it has any."""
+    noise, acquisition, car = family.values["noise"], errors.acquisition, errors.car
+    if noise != 1.0:
+        floors = ("relative", "pressure_floor", "acceleration_floor", "accelerance_floor")
+        noisy = {name: noise * getattr(acquisition, name) for name in floors}
+        acquisition = replace(acquisition, **noisy)
+        car = replace(car, microphone_floor=noise * car.microphone_floor)
+    if family.values["stiffness"] != 1.0 or family.values["apart"] != 0.0:
+        stiffness, loss = family.in_car(n_mount)
+        car = replace(car, mount_stiffness=stiffness, mount_loss=loss)
+    tracking = errors.order_tracking
+    if tracking is not None:
+        tracking = family.budget(tracking)
+    return replace(errors, acquisition=acquisition, car=car, order_tracking=tracking)
 
 
 @dataclass(frozen=True)
@@ -314,9 +339,9 @@ def _write_run(
     rpm = rpm_of_frequency(FREQUENCY, bench.order_torque.order)
     torque = bench.ramp.torque(case.torque, rpm) * (1 + generator.normal(0, errors.car.torque))
     body = scattered_body(session.body, errors.state, generator)
-    run = drive(
-        bench, body, session.fleet.cabin, case.gear, torque, FREQUENCY, errors.car.mount_stiffness
-    )
+    cabin, car = session.fleet.cabin, errors.car
+    in_car = car.mount_stiffness, car.mount_loss
+    run = drive(bench, body, cabin, case.gear, torque, FREQUENCY, *in_car)
     true, heard = at_ears(run, errors.car, generator)
     acceleration = road_acceleration(bench, setup, run)
     if errors.order_tracking is not None:

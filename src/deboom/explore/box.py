@@ -218,14 +218,29 @@ def smooth_share(
     slope = np.where(counted & (np.abs(scaled) < _FAR), -np.exp(-0.5 * scaled**2), 0.0)
     slope /= np.sqrt(2.0 * np.pi) * softness * counted.sum()
     by_end = np.zeros((2, designs.shape[1]))
-    matters = np.flatnonzero(slope.any(axis=1))
-    for start in range(0, len(matters), _GRADIENTS):
-        rows = matters[start : start + _GRADIENTS]
-        gradient = np.nan_to_num(question.response.gradient(designs[rows]), posinf=0.0, neginf=0.0)
-        by_part = np.einsum("nr,nrk->nk", slope[rows], gradient)
-        by_end[0] += np.einsum("nk,nk->k", by_part, 1.0 - unit[rows])
-        by_end[1] += np.einsum("nk,nk->k", by_part, unit[rows])
+    rows = np.flatnonzero(slope.any(axis=1))
+    if len(rows):
+        by_part = _pulled_back(question.response, designs[rows], slope[rows])
+        by_end[0] = np.einsum("nk,nk->k", by_part, 1.0 - unit[rows])
+        by_end[1] = np.einsum("nk,nk->k", by_part, unit[rows])
     return float(kept.sum() / counted.sum()), by_end
+
+
+def _pulled_back(response: Differentiable, designs: RealArray, weights: RealArray) -> RealArray:
+    """Return ``Σ_r w_nr ∂y_nr/∂x_nk`` of weights (n, r), shape (n, k).
+
+    One adjoint solution gives it where the response has a pull-back. All derivatives are needed
+    where it has none, and of a part whose sum is not finite: the others count where one is lost.
+    """
+    by_part, rest = np.zeros(designs.shape), np.arange(len(designs))
+    if hasattr(response, "linearised"):
+        by_part = response.linearised(designs)[1](weights[np.newaxis])[0]
+        rest = np.flatnonzero(~np.isfinite(by_part).all(axis=1))
+    for start in range(0, len(rest), _GRADIENTS):
+        rows = rest[start : start + _GRADIENTS]
+        gradient = np.nan_to_num(response.gradient(designs[rows]), posinf=0.0, neginf=0.0)
+        by_part[rows] = np.einsum("nr,nrk->nk", weights[rows], gradient)
+    return by_part
 
 
 def face_shares(question: BoxQuestion, box: Box, unit: RealArray) -> RealArray:

@@ -484,20 +484,3 @@ def tolerance_box(names: Sequence[str], design: RealArray, tolerance: float) -> 
     """Return the box of one tolerance, a part of each variable's own value, about a design (k,)."""
     half = tolerance * np.abs(design)
     return Box(tuple(names), design - half, design + half)
-
-
-def kept_offset(question: BoxQuestion, box: Box, *, seed: int, n_parts: int = 65536) -> float:
-    """Return what the limits have to be raised by for a box to keep just the share [response_unit].
-
-    Quantile of the excess, pooled over parts and responses or, with ``question.together``, of the
-    largest of each part; below 0 if the limits may be lowered. ``n_parts`` is a power of two.
-
-    - raises InputError: too many parts that could not be computed.
-    """
-    unit = sobol_points(len(question.names), n_parts, seed=seed, purpose="kept limit")
-    excess = question.excess(box.at(unit))
-    pooled = excess.max(axis=1) if question.together else excess.ravel()
-    offset = float(np.quantile(pooled, question.share, method="higher"))
-    if not np.isfinite(offset):
-        raise InputError("too many parts of the box could not be computed: no limit is kept")
-    return offset

@@ -227,17 +227,6 @@ class FrontColumns:
         return f"{self._sums}mean sum of the other draws [{self.unit}]"
 
 
-_RENAMED = {
-    "index": "model",
-    "vehicles": "responses",
-    **{
-        name: f"deboom.vehicles.fleet_front.FleetFront(front).{name}"
-        for name in ("frequency", "levels", "peak_changes", "peak_table", "splv_change")
-    },
-}
-"""Names of deboom 0.2.0, and what has their place."""
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Front(Tabled):
     """A searched front whose designs were evaluated again with draws that the search never saw.
@@ -268,11 +257,6 @@ class Front(Tabled):
     rise: Callable[[RealArray], RealArray] | None = None
 
     __repr__ = short_repr
-
-    def __getattr__(self, name: str) -> Any:
-        if name in _RENAMED:
-            raise AttributeError(f"a front has no '{name}' any more: take {_RENAMED[name]}")
-        raise AttributeError(f"'Front' has no attribute '{name}'")
 
     @property
     def model(self) -> Evaluate:

@@ -135,7 +135,7 @@ class AcceptanceBox(StrictModel):
         What is limited, such as ``mean level of the lines``, in dB(A).
     limit_below_today_db : float or None
         How far the limit of each vehicle lies below its level today [dB]; None: one limit was
-        stated, or the box is of 0.2.0, which did not say.
+        stated.
     together : bool
         A part counts as a whole: all vehicles must keep their limits. Otherwise every pair of part
         and vehicle counts.
@@ -208,7 +208,7 @@ def checksum(entries: Mapping[str, Any]) -> str:
 def box_document(box: AcceptanceBox) -> dict[str, Any]:
     """Put a box into what JSON knows, with its format and the checksum of its entries."""
     entries = box.model_dump(mode="json")
-    if box.limit_below_today_db is None:  # boxes of 0.2.0 keep their checksum
+    if box.limit_below_today_db is None:  # one limit was stated
         del entries["limit_below_today_db"]
     return {"format": FORMAT, "version": VERSION, _CHECKSUM: checksum(entries), **entries}
 
@@ -384,6 +384,7 @@ def read_programme(folder: Path, mounts: tuple[str, ...]) -> Programme:
 
 
 SHEET_FORMAT: Literal["deboom supplier sheet"] = "deboom supplier sheet"
+SHEET_VERSION: Literal[2] = 2
 DATA_SHEET = "deboom"
 """Sheet of a workbook that is read back."""
 STATE_TOLERANCE = {"preload": 0.05, "amplitude": 0.1, "frequency": 0.02}
@@ -445,8 +446,6 @@ class SupplierSpecification(StrictModel):
     uncertainty : float or None
         Stated measuring uncertainty, relative, expanded to 95 % [1].
     directions : tuple of SheetDirection
-    version : int
-        1: sheets of 0.2.0, which had nothing of what follows.
     part_number, issued : str
         Number of the part, empty if not given; day on which the sheet was issued, YYYY-MM-DD.
     cpk : float or None
@@ -454,7 +453,7 @@ class SupplierSpecification(StrictModel):
     """
 
     format: Literal["deboom supplier sheet"] = SHEET_FORMAT
-    version: Literal[1, 2] = 2
+    version: Literal[2] = SHEET_VERSION
     mount: Title
     revision: str
     language: Literal["en", "de"]
@@ -466,20 +465,10 @@ class SupplierSpecification(StrictModel):
     issued: Annotated[str, Field(pattern=r"^(\d{4}-\d{2}-\d{2})?$")] = ""
     cpk: Positive | None = None
 
-    @model_validator(mode="after")
-    def _of_its_version(self) -> Self:
-        if self.version == 1 and (self.part_number or self.issued or self.cpk is not None):
-            raise ValueError("a sheet of version 1 has no part number, no date and no Cpk")
-        return self
-
     @property
     def document(self) -> dict[str, Any]:
         """Entries as they stand in the workbook, in what JSON knows."""
-        entries = self.model_dump(mode="json")
-        if self.version == 1:  # sheets of 0.2.0 keep their checksum
-            for name in ("part_number", "issued", "cpk"):
-                del entries[name]
-        return entries
+        return self.model_dump(mode="json")
 
     @property
     def checksum(self) -> str:
@@ -500,8 +489,7 @@ class SupplierSpecification(StrictModel):
     @property
     def fill_in(self) -> tuple[str, ...]:
         """Keys of the columns of the table that a supplier fills in."""
-        number = ("part_number",) if self.version > 1 else ()
-        return ("part", "batch", "direction", *number, *STATE, *STIFFNESS, "loss_angle")
+        return ("part", "batch", "direction", "part_number", *STATE, *STIFFNESS, "loss_angle")
 
     def said(self, key: str) -> str:
         """Return a word in the language of the sheet."""
@@ -530,6 +518,11 @@ def read_specification(path: Path) -> SupplierSpecification:
         raise InputError(f"{path} holds no specification: {remedy}") from None
     if not isinstance(raw, dict) or raw.get("format") != SHEET_FORMAT:
         raise InputError(f"{path} holds no specification: {remedy}")
+    if raw.get("version") != SHEET_VERSION:
+        raise InputError(
+            f"{path} is a sheet of version {raw.get('version')}, this deboom reads version "
+            f"{SHEET_VERSION}: issue the sheet again with deboom report --supplier"
+        )
     specification = checked_document(path, raw, SupplierSpecification)
     if specification.checksum != cells.get(_CHECKSUM):
         raise InputError(
@@ -726,7 +719,7 @@ class _MeasuredRow:
     def check_part_number(self) -> None:
         """Refuse a row of another part number than the sheet's."""
         number = self.sheet.part_number
-        if self.sheet.version > 1 and number and self["part_number"] != number:
+        if number and self["part_number"] != number:
             raise self.error(
                 f"its part number is '{self['part_number']}', the sheet is of {number}: fill in "
                 "the sheet of that part"

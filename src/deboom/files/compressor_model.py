@@ -1,4 +1,4 @@
-"""An identified compressor as a plain JSON file that later work loads."""
+"""The JSON file of an identified compressor: all of it is written, its bands are read back."""
 
 from __future__ import annotations
 
@@ -9,13 +9,7 @@ from typing import Any
 import numpy as np
 
 from deboom.compressor.identification import Identification
-from deboom.compressor.model import (
-    GAIN_PARAMETERS,
-    CompressorModel,
-    GainFactor,
-    HyperbolicAmplitude,
-    MountsOverStroke,
-)
+from deboom.compressor.model import GAIN_PARAMETERS, MountsOverStroke
 from deboom.compressor.parameters import MinimalParameters
 from deboom.errors import InputError
 from deboom.files.disk import read_document
@@ -79,27 +73,6 @@ def compressor_document(
     } | ({} if mounts is None else {"mounts_over_stroke": _in_words(mounts)})
 
 
-def read_compressor_model(path: Path) -> CompressorModel:
-    """Read an identified compressor.
-
-    - raises InputError: the file is missing, no JSON, of another format or version, or lacks a
-      number of the model.
-    """
-    document = read_document(path, FORMAT, VERSION, KIND, REMEDY)
-    try:
-        mounts = document.get("mounts_over_stroke")
-        return CompressorModel(
-            mass=float(document["mass_kg"]),
-            centre=np.array(document["centre_of_gravity_m"], dtype=float),
-            inertia=np.array(document["inertia_about_centre_kg_m2"], dtype=float),
-            stiffness=np.array(document["stiffness_at_virtual_point"], dtype=float),
-            gain=GainFactor.of([document["gain"][name] for name in GAIN_PARAMETERS]),
-            mounts=None if mounts is None else _mounts(mounts),
-        )
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path} has no compressor to read ({error}): {REMEDY}") from None
-
-
 def _in_words(mounts: MountsOverStroke) -> dict[str, Any]:
     factors = {
         part: {"limit": law.limit, "drop": law.drop, "scale_m": law.scale}
@@ -110,16 +83,6 @@ def _in_words(mounts: MountsOverStroke) -> dict[str, Any]:
         "stiffness_at_virtual_point": mounts.stiffness.tolist(),
         "factor": "limit + drop/(1 + stroke/scale_m), on each part of the gain",
     } | factors
-
-
-def _mounts(words: Mapping[str, Any]) -> MountsOverStroke:
-    real, imaginary = (
-        HyperbolicAmplitude(float(law["limit"]), float(law["drop"]), float(law["scale_m"]))
-        for law in (words["real"], words["imaginary"])
-    )
-    positions = np.array(words["positions_m"], dtype=float)
-    stiffness = np.array(words["stiffness_at_virtual_point"], dtype=float)
-    return MountsOverStroke(positions, stiffness, real, imaginary)
 
 
 def read_fitted_bands(path: Path) -> tuple[tuple[tuple[float, float], ...], dict[str, str]]:

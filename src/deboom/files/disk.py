@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import io
 import json
 import math
@@ -30,8 +29,8 @@ LARGEST_TEXT = 64 * MEBIBYTE
 """The same for text of facts and tables [bytes]."""
 LARGEST_MEMORY = 2048 * MEBIBYTE
 """What reading one file may take [bytes]."""
-MOST_NUMBERS = LARGEST_FILE // 8
-"""Numbers that a channel or a data set may announce; a small file may announce any."""
+MOST_NUMBERS = (LARGEST_MEMORY - 128 * MEBIBYTE) // 8
+"""Numbers that all channels of a file may announce that are read; a small file may announce any."""
 MOST_PARTS = 10_000
 """Files that a zip archive, such as a workbook, may hold."""
 
@@ -43,28 +42,29 @@ def read_bytes(path: Path, largest: int = LARGEST_FILE) -> bytes:
     - `largest`: largest size that is read [bytes].
     - raises InputError: the file is missing, no regular file, too large or not readable.
     """
-    with opened_file(path) as file:
-        size = os.fstat(file.fileno()).st_size
-        if size > largest:
-            raise InputError(
-                f"{path} has {size / MEBIBYTE:.0f} MiB, at most "
-                f"{largest / MEBIBYTE:.0f} MiB are read: check that it is the right file"
-            )
+    with opened_file(path, largest) as file:
         return file.read()
 
 
 @contextmanager
-def opened_file(path: Path) -> Iterator[BufferedReader]:
+def opened_file(path: Path, largest: float = math.inf) -> Iterator[BufferedReader]:
     """Open a regular file to be read.
 
     - `path`: the file; devices and pipes are refused, because they may never end.
-    - raises InputError: the file is missing, no regular file or not readable.
+    - `largest`: largest size that is opened [bytes].
+    - raises InputError: the file is missing, no regular file, too large or not readable.
     """
     try:
         mode = path.stat().st_mode
         if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
             raise InputError(f"{path} is a device or a pipe: name a file on disk")
         with path.open("rb") as file:
+            size = os.fstat(file.fileno()).st_size
+            if size > largest:
+                raise InputError(
+                    f"{path} has {size / MEBIBYTE:.0f} MiB, at most "
+                    f"{largest / MEBIBYTE:.0f} MiB are read: check that it is the right file"
+                )
             yield file
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
@@ -111,8 +111,9 @@ def kind_of(path: Path) -> str:
 
     - raises InputError: as `read_bytes`, or the file is empty.
     """
-    data = read_bytes(path)
-    start = data[:512].removeprefix(b"\xef\xbb\xbf").lstrip(b"\r\n")
+    with opened_file(path, LARGEST_FILE) as file:
+        data = file.read(512)
+    start = data.removeprefix(b"\xef\xbb\xbf").lstrip(b"\r\n")
     if not start.strip():
         raise InputError(f"{path} is empty: export it again")
     for first, kind in _KINDS:
@@ -120,19 +121,6 @@ def kind_of(path: Path) -> str:
             return kind
     line = start.partition(b"\n")[0].strip()[:40].decode("utf-8", errors="replace")
     return f"text that begins with '{line}'" if line.isprintable() else "of an unknown binary kind"
-
-
-def library(path: Path, module: str, extra: str) -> Any:
-    """Return the library that reads a file.
-
-    - raises InputError: it is not installed.
-    """
-    try:
-        return importlib.import_module(module)
-    except ImportError:
-        raise InputError(
-            f"{path} needs {module} to be read: pip install 'deboom[{extra}]'"
-        ) from None
 
 
 def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:

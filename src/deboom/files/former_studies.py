@@ -55,3 +55,9 @@ FORMER_STUDIES = {
     "fleet_correlation": FormerStudy("correlation"),
     "compressor_robust_front": FormerStudy("compressor_front"),
 }
+
+MOVED = {
+    "second_engine": "this study is an example now, examples/mounts/plot_second_engine.py: "
+    "deboom.mounts.surface_forces.predicted_forces predicts the forces"
+}
+"""Studies of version 0.3 that are none any more, and where they are."""

@@ -1,8 +1,7 @@
 """The front of a run as it stands in its folder: ``front.csv`` and ``convergence.csv``.
 
 ``front.csv`` has a row per design: objectives as verified and as searched, picks, and the design
-variables. deboom 0.2.0 kept the variables in ``designs.csv`` and spelled picks with spaces; its
-folders are read as well.
+variables.
 """
 
 from __future__ import annotations
@@ -21,9 +20,7 @@ from deboom.files.tables import read_frame
 from deboom.tabled import Tabled
 
 FRONT, CONVERGENCE = "front.csv", "convergence.csv"
-OLD_DESIGNS = "designs.csv"
-"""Where deboom 0.2.0 kept the design variables."""
-FILES = (FRONT, OLD_DESIGNS, CONVERGENCE)
+FILES = (FRONT, CONVERGENCE)
 """Files of a run folder that a front is read from, as far as they are there."""
 
 
@@ -90,24 +87,10 @@ class FrontTable(Tabled):
     def read(cls, folder: Path) -> FrontTable:
         """Read the front of a run folder.
 
-        - raises InputError: a file that is missing or no table, no design variables, or as many
-          designs in ``designs.csv`` as in ``front.csv`` that there are not.
+        - raises InputError: a file that is missing or no table, or no design variables.
         """
         rows = read_frame(folder / FRONT, (PICK,))
         variables = FrontColumns.variables(list(rows.columns))
-        old = folder / OLD_DESIGNS
-        if not variables and old.is_file():
-            designs = read_frame(old).drop(columns=POINT, errors="ignore")
-            if len(designs) != len(rows):
-                raise InputError(
-                    f"{old} has {len(designs)} designs and {folder / FRONT} {len(rows)}: bring "
-                    "both back as their run wrote them"
-                )
-            variables = tuple(designs.columns)
-            rows = pd.concat([rows, designs], axis=1)
-            if PICK in rows:
-                spelled = rows[PICK].fillna("").astype(str)
-                rows[PICK] = spelled.str.replace(r"(?<=\w) (?=\w)", "-", regex=True)
         if not variables:
             raise InputError(
                 f"{folder / FRONT} has no design variables, columns such as 'TSM x [1]': run the "

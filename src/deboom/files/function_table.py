@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 import re
-import subprocess
-import sys
-import tempfile
 import warnings
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -20,19 +16,13 @@ from typing import Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray, blocks
 from deboom.choices import FunctionFiles
 from deboom.errors import DataWarning, InputError, naming
-from deboom.files import matlab_variables
-from deboom.files.disk import (
-    LARGEST_MEMORY,
-    MEBIBYTE,
-    library,
-    read_arrays,
-    read_bytes,
-    refuse_announced,
-)
+from deboom.files.binary_formats import MATLAB, MATLAB_73
+from deboom.files.disk import LARGEST_FILE, opened_file
 from deboom.files.nastran_punch import read_punch
+from deboom.files.reader_process import read_apart
 from deboom.files.schema import noting, telling
 from deboom.files.sdynpy_npz import read_sdynpy
 from deboom.files.tables import Columns, name_and_unit, number_in, read_columns
@@ -134,8 +124,16 @@ def first_difference(a: RealArray, b: RealArray) -> str:
 
 
 def _differing(a: RealArray, b: RealArray) -> npt.NDArray[np.intp]:
-    spacing = np.diff(a).min(initial=np.abs(a).max(initial=0.0))
-    return np.flatnonzero(np.abs(a - b) > SAME_LINE * spacing)
+    largest = max((np.abs(a[part]).max() for part in blocks(a.size)), default=0.0)
+    spacing = min(
+        (np.diff(a[part.start : part.stop + 1]).min(initial=largest) for part in blocks(a.size)),
+        default=largest,
+    )
+    different = [
+        part.start + np.flatnonzero(np.abs(a[part] - b[part]) > SAME_LINE * spacing)
+        for part in blocks(a.size)
+    ]
+    return np.concatenate(different) if different else np.zeros(0, dtype=np.intp)
 
 
 def starts_at_0_hz(lines: RealArray, whose: object) -> bool:
@@ -463,9 +461,6 @@ _RESPONSES = {
 _FREQUENCY = "frequency"
 _PARTS = ("real", "imag")
 _HDF5 = b"\x89HDF"
-_AGAIN = "save it again with save(file, ..., '-v7')"
-LONGEST_READING = 60
-"""Time that the process which reads a MATLAB file may take [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -579,11 +574,12 @@ def _from_matlab(path: Path) -> FunctionTable:
     frequency, columns = matlab_table(path)
     # a constant column, as in the other tables
     _, rates = columns.pop(ADDED_DECAY, ("1/s", np.zeros(1)))
-    return FunctionTable(
-        frequency,
-        {name: partial(columns.__getitem__, name) for name in columns},
-        _constant(path, rates.real),
-    )
+    functions = {name: partial(_as_complex, *column) for name, column in columns.items()}
+    return FunctionTable(frequency, functions, _constant(path, rates.real))
+
+
+def _as_complex(label: str, values: RealOrComplexArray) -> tuple[str, ComplexArray]:
+    return label, values.astype(np.complex128, copy=False)
 
 
 def _constant(path: Path, rates: RealArray) -> float:
@@ -626,139 +622,21 @@ def _complex(stem: str, by_name: Mapping[str, str], columns: Columns) -> tuple[s
 
 def matlab_table(
     path: Path, axis: str = _FREQUENCY
-) -> tuple[RealArray, dict[str, tuple[str, ComplexArray]]]:
+) -> tuple[RealArray, dict[str, tuple[str, RealOrComplexArray]]]:
     """Read the columns of a MATLAB file.
 
     - `path`: file of any version from 5; 7.3 needs h5py.
     - `axis`: variable of the lines, ``frequency`` [Hz] or ``time`` [s].
-    - returns (n,) `lines`; `columns`: name to unit label and values (n,) [that unit].
+    - returns (n,) `lines`; `columns`: name to unit label and values (n,) [that unit], complex where
+      the file has an imaginary part that is not 0.
     - raises InputError: the file is damaged or no MATLAB file; a variable is missing, or does not
       fit the others; h5py is needed and not installed.
     """
-    content = _mat(path)
-    missing = [name for name in (axis, "names", "values", "units") if name not in content]
-    if missing:
-        unit = "Hz" if axis == _FREQUENCY else "s"
-        structures = [str(name) for name in content[matlab_variables.STRUCTURES]]
-        other = (
-            f" ({', '.join(structures)}: MATLAB structures, such as Simcenter Testlab saves; from "
-            "there export universal files, data set 58)"
-            if structures
-            else ""
-        )
-        raise InputError(
-            f"{path}: there is no variable {', '.join(map(repr, missing))}"
-            f"{other}: save {axis} [{unit}], "
-            "names (cell array of text; of strings, cellstr(names)), values (lines x names) and "
-            "units, each a variable of its own"
-        )
-    names, units = _texts(content["names"]), _texts(content["units"])
-    units = units * len(names) if len(units) == 1 else units
-    try:
-        lines = np.array(content[axis], dtype=float).ravel()
-        values = np.array(content["values"], dtype=complex)
-    except (TypeError, ValueError):
-        raise InputError(f"{path}: variables '{axis}' and 'values' must be numbers") from None
-    values = values.reshape(-1, 1) if values.ndim < 2 and len(names) == 1 else values
-    if values.shape != (lines.size, len(names)) or len(units) != len(names):
-        raise InputError(
-            f"{path}: {lines.size} lines of {axis}, {len(names)} names, {len(units)} units and "
-            f"values of size {' x '.join(map(str, values.shape))} do not fit together: values need "
-            "one row per line and one column per name, units one text for all or one per name"
-        )
-    doubled = next((name for name in names if names.count(name) > 1), None)
-    if doubled is not None:
-        raise InputError(f"{path}: the name '{doubled}' comes twice in 'names': keep one")
-    return lines, {name: (units[i], values[:, i]) for i, name in enumerate(names)}
-
-
-def _mat(path: Path) -> dict[str, Any]:
-    start = read_bytes(path)[:516]
+    with opened_file(path, LARGEST_FILE) as file:
+        start = file.read(516)
     if not start.strip():
         raise InputError(f"{path} is empty: export it again")
-    if start.startswith((b"MATLAB 7.3", _HDF5)) or start[512:] == _HDF5:
-        return _mat_of_hdf5(path)
-    with tempfile.TemporaryDirectory(prefix="deboom-") as folder:
-        arrays, empty = Path(folder) / "arrays.npz", Path(folder) / "empty"
-        empty.mkdir()
-        # nothing beside the file is imported: -P keeps the folder that a process runs in off its
-        # path, and entries of PYTHONPATH may be relative; `pip install --user` is still found
-        command = [sys.executable, "-P", "-m", matlab_variables.__name__]
-        command += [str(path.resolve()), str(arrays), str(LARGEST_MEMORY)]
-        kept = {name: text for name, text in os.environ.items() if name != "PYTHONPATH"}
-        try:
-            reader = subprocess.run(
-                command,
-                capture_output=True,
-                timeout=LONGEST_READING,
-                check=False,
-                cwd=empty,
-                env=kept | {"OPENBLAS_NUM_THREADS": "1"},
-            )
-        except subprocess.TimeoutExpired:
-            raise InputError(
-                f"{path} takes more than {LONGEST_READING} s to read: save fewer variables or lines"
-            ) from None
-        _check_reader(path, reader)
-        return read_arrays(arrays, _AGAIN)
-
-
-def _check_reader(path: Path, reader: subprocess.CompletedProcess[bytes]) -> None:
-    told = reader.stderr.decode(errors="replace").strip()
-    if reader.returncode == matlab_variables.NO_SCIPY or "No module named" in told:
-        raise InputError(
-            f"{path}: MATLAB files are read by a process without PYTHONPATH, which lacks a package "
-            f"({told.splitlines()[-1]}): install deboom and SciPy for {sys.executable}"
-        )
-    if reader.returncode == matlab_variables.TOO_LARGE:
-        raise InputError(
-            f"{path} needs more than {LARGEST_MEMORY / MEBIBYTE:.0f} MiB of memory: save fewer "
-            "variables or lines"
-        )
-    if reader.returncode != 0:
-        raise InputError(f"{path} is damaged, or no MATLAB file: {_AGAIN}")
-
-
-def _mat_of_hdf5(path: Path) -> dict[str, Any]:
-    """Variables of a file of version 7.3: HDF5 with turned axes, and texts as numbers."""
-    h5py = library(path, "h5py", "hdf5")
-
-    def plain(name: str, file: Any, data: Any, *, inside: bool = False) -> Any:
-        refuse_announced(f"{path}: data set '{data.name}'", math.prod(map(int, data.shape)))
-        kind = data.attrs.get("MATLAB_class", b"").decode()
-        if kind == "string" or "MATLAB_object_decode" in data.attrs or hasattr(data, "keys"):
-            remedy = f"cellstr({name})" if kind == "string" else "numbers, or text in a cell array"
-            raise InputError(
-                f"{path}: variable '{name}' is of MATLAB's class {kind}: save {remedy}"
-            )
-        if data.dtype == h5py.ref_dtype:
-            if inside:
-                raise ValueError("a cell holds cells")
-            cells = [plain(name, file, file[each], inside=True) for each in np.ravel(data[()])]
-            return np.array([str(cell) for cell in cells])
-        if kind == "char":
-            empty = data.attrs.get("MATLAB_empty", 0)
-            return np.array("" if empty else "".join(map(chr, np.ravel(data[()].T))))
-        values = data[()].T
-        return values["real"] + 1j * values["imag"] if values.dtype.names else values
-
-    try:
-        with h5py.File(path, "r") as file:
-            variables = matlab_variables.VARIABLES
-            structures = [
-                name for name in file if file[name].attrs.get("MATLAB_class") == b"struct"
-            ]
-            return {matlab_variables.STRUCTURES: np.array(structures, dtype=str)} | {
-                name: plain(name, file, file[name]) for name in variables if name in file
-            }
-    except InputError:
-        raise
-    except Exception as error:  # a damaged file raises many kinds
-        raise InputError(
-            f"{path} is a damaged MATLAB file of version 7.3 ({error}): save it again"
-        ) from None
-
-
-def _texts(value: npt.NDArray[Any]) -> list[str]:
-    """Text out of a char array, or a cell array of them."""
-    return [str(text).strip() for text in np.ravel(value)]
+    is_hdf5 = start.startswith((b"MATLAB 7.3", _HDF5)) or start[512:] == _HDF5
+    content, (lines, values) = read_apart(path, MATLAB_73 if is_hdf5 else MATLAB, [axis])
+    names = zip(content["names"], content["units"], values.T, strict=True)
+    return lines, {name: (unit, column) for name, unit, column in names}

@@ -110,7 +110,7 @@ def read_sdynpy(path: Path) -> tuple[UffFunction, ...]:
             f"{path} holds {', '.join(content) or 'nothing'}, and no functions of SDynPy: save "
             "them with NDDataArray.save, or export UFF data set 58"
         )
-    code = int(kind) if kind.size == 1 and kind.dtype.kind in "iu" else -1
+    code = int(kind.item()) if kind.size == 1 and kind.dtype.kind in "iu" else -1
     if code not in _TYPES:
         raise InputError(
             f"{path} is of SDynPy's function type {kind}: save frequency responses, spectra or "

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import math
+import os
 import re
 import warnings
 from collections import defaultdict
@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from traceback import walk_tb
 from typing import Annotated, Any
 
 import numpy as np
@@ -20,10 +19,19 @@ from scipy.interpolate import CubicSpline
 from scipy.io import wavfile
 from scipy.signal import resample_poly
 
-from deboom.arrays import RealArray, RealOrComplexArray
+from deboom.arrays import RealArray, blocks
 from deboom.errors import InputError, naming
-from deboom.files.disk import MEBIBYTE, kind_of, library, read_bytes, refuse_announced
+from deboom.files.binary_formats import HDF5, MATLAB, MDF, TDMS
+from deboom.files.disk import (
+    LARGEST_FILE,
+    MEBIBYTE,
+    kind_of,
+    opened_file,
+    read_bytes,
+    refuse_announced,
+)
 from deboom.files.function_table import SAME_LINE, TIME_SIGNAL, matlab_table, same_lines
+from deboom.files.reader_process import read_apart
 from deboom.files.rows import CampaignChannel
 from deboom.files.schema import noting, telling
 from deboom.files.tables import (
@@ -60,8 +68,8 @@ class TimeSignal:
 
 _Loaded = tuple[str, Any, Any]
 """Unit, instants [s] and values of a channel."""
-_Channels = Iterator[tuple[str, Callable[[], _Loaded]]]
-"""Name of every channel, and what reads it."""
+_Channels = Iterator[tuple[str, _Loaded | None]]
+"""Name of every channel, and what the file has of it; None where it is not asked for."""
 
 
 def read_time_signals(path: Path, names: Sequence[str]) -> dict[str, TimeSignal]:
@@ -82,10 +90,10 @@ def read_time_signals(path: Path, names: Sequence[str]) -> dict[str, TimeSignal]
     loaded = defaultdict[str, list[_Loaded]](list)
     channels: list[str] = []
     with _readable(path, kind):
-        for name, load in _READERS[kind](path):
+        for name, content in _READERS[kind](path, names):
             channels.append(name)
-            if name in names:
-                loaded[name].append(load())
+            if content is not None:
+                loaded[name].append(content)
     if not loaded:
         more = f" and {len(channels) - 5} more" if len(channels) > 5 else ""
         holds = (
@@ -121,13 +129,14 @@ def _signal(what: str, loaded: Sequence[_Loaded]) -> TimeSignal:
 
 
 def _single_signal(what: str, unit: Any, instants: Any, values: Any) -> TimeSignal:
-    numbers = np.asarray(values)
-    if numbers.ndim != 1 or numbers.dtype.kind not in "biuf":
+    if np.iscomplexobj(values):
         raise InputError(f"{what} holds no numbers over time: export it as a signal")
-    time = np.asarray(instants, dtype=np.float64)
-    if time.shape != numbers.shape or time.size < 2:
-        raise InputError(f"{what} has {numbers.size} values at {time.size} instants: export again")
-    return TimeSignal(str(unit), time, numbers.astype(np.float64))
+    if instants.shape != values.shape or instants.size < 2:
+        raise InputError(
+            f"{what} has {values.size} values at {instants.size} instants: export again"
+        )
+    instants.setflags(write=False)  # channels of one raster share it
+    return TimeSignal(str(unit), instants, values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,16 +177,22 @@ def time_functions(path: Path, channels: Sequence[CampaignChannel]) -> TimeFunct
     names = [(f"{row.channel} {row.quantity}", row.channel) for row in channels]
     signals = read_time_signals(path, [name for pair in names for name in pair])
     functions = []
+    chosen = [next((name for name in pair if name in signals), "") for pair in names]
     with telling() as tell:
-        for row, pair in zip(channels, names, strict=True):
+        for row, name in zip(channels, chosen, strict=True):
             with noting(tell):
-                name = next((name for name in pair if name in signals), "")
                 if not name:
                     raise InputError(
                         f"{path}: there is no channel '{row.channel}' ({row.quantity}): export it, "
                         "or name it as the channel table does"
                     )
-                functions.append(_function(f"{path}: channel '{name}'", row, signals[name]))
+                what, signal = f"{path}: channel '{name}'", signals[name]
+                unit = _unit(what, row, signal)
+                if unit.factor != 1.0 and chosen.count(name) == 1:
+                    signal.values[:] *= unit.factor  # a copy would double the memory
+                elif unit.factor != 1.0:
+                    signal = replace(signal, values=signal.values * unit.factor)
+                functions.append(_function(what, row, signal, unit))
         _check_even(path, [(name, signal.time) for name, signal in signals.items()])
     labels = [f"{row.channel} ({row.quantity})" for row in channels]
     several = tuple(signal.note for signal in signals.values() if signal.note)
@@ -189,6 +204,11 @@ LEAST_OVERLAP = 0.5
 """Share of the longest channel that all channels must cover."""
 OVERSAMPLED = 8
 """Samples per sample of a slow channel through which a cubic spline is laid."""
+
+
+_PART, _MARGIN = 2**17, 64
+"""Samples of a slow channel that are resampled at once, and more on both sides, whose influence on
+them is below rounding."""
 
 
 def _rate(time: RealArray) -> float:
@@ -204,8 +224,12 @@ def _on_one_raster(
         return TimeFunctions((), ())
     fastest = int(np.argmax(rates))
     raster = functions[fastest].abscissa
-    if all(same_lines(raster, function.abscissa) for function in functions):
+    alike = [_is_same(raster, function.abscissa) for function in functions]
+    if all(alike):
         return TimeFunctions(tuple(functions), rates)
+    n_read = sum(2 * function.abscissa.size for function in functions)
+    n_resampled = raster.size * (1 + alike.count(False))
+    refuse_announced(f"{path}: what is resampled to {rates[fastest]:.6g} Hz", n_read + n_resampled)
     begins = [float(function.abscissa[0]) for function in functions]
     ends = [float(function.abscissa[-1]) for function in functions]
     first, last = int(np.argmax(begins)), int(np.argmin(ends))
@@ -218,7 +242,8 @@ def _on_one_raster(
         )
     slack = SAME_LINE / rates[fastest]
     shared = raster[(raster >= begins[first] - slack) & (raster <= ends[last] + slack)]
-    alike, resampled = [], defaultdict[str, list[str]](list)
+    shared.setflags(write=False)
+    on_raster, resampled = [], defaultdict[str, list[str]](list)
     for label, rate, function in zip(labels, rates, functions, strict=True):
         inside = np.searchsorted(function.abscissa, shared[0] - slack)
         same = function.abscissa[inside : inside + shared.size]
@@ -227,14 +252,18 @@ def _on_one_raster(
         else:
             values = _resampled(function, shared)
             resampled[f"{rate:.6g} Hz"].append(label)
-        alike.append(replace(function, abscissa=shared, values=values))
+        on_raster.append(replace(function, abscissa=shared, values=values))
     notes = [
         f"resampled from {rate} to {rates[fastest]:.6g} Hz, band-limited: {_listed(names)}"
         for rate, names in resampled.items()
     ]
     if (shared.size - 1) / rates[fastest] < longest - 1 / min(rates):
         notes.append(f"cut to {shared[0]:.3f} to {shared[-1]:.3f} s, which all channels have")
-    return TimeFunctions(tuple(alike), rates, tuple(notes))
+    return TimeFunctions(tuple(on_raster), rates, tuple(notes))
+
+
+def _is_same(raster: RealArray, abscissa: RealArray) -> bool:
+    return abscissa is raster or same_lines(raster, abscissa)
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -245,27 +274,41 @@ def _listed(names: Sequence[str]) -> str:
 def _resampled(function: UffFunction, instants: RealArray) -> RealArray:
     """Band-limited values at other instants, within the function's own time."""
     time, values = function.abscissa, function.values.real
+    n = time.size
     # a straight line beside the signal: what the filter sees begins and ends at zero
     line = values[0] + (values[-1] - values[0]) * (time - time[0]) / (time[-1] - time[0])
-    dense = resample_poly(values - line, OVERSAMPLED, 1, padtype="line")
-    dense = dense[: OVERSAMPLED * (time.size - 1) + 1]
-    grid = np.linspace(time[0], time[-1], dense.size)
+    above, even = values - line, np.linspace(time[0], time[-1], n)
     at = np.clip(instants, time[0], time[-1])
-    return np.asarray(CubicSpline(grid, dense)(at) + np.interp(at, time, line))
+    resampled = np.asarray(np.interp(at, time, line))
+    for start in range(0, n - 1, _PART):
+        stop = min(start + _PART, n - 1)
+        low, high = max(start - _MARGIN, 0), min(stop + _MARGIN, n - 1)
+        dense = resample_poly(above[low : high + 1], OVERSAMPLED, 1)
+        dense = dense[: OVERSAMPLED * (high - low) + 1]
+        spline = CubicSpline(np.linspace(even[low], even[high], dense.size), dense)
+        first, last = np.searchsorted(at, (even[start], even[stop]))
+        inside = slice(first, at.size if stop == n - 1 else last)
+        resampled[inside] += spline(at[inside])
+    resampled.setflags(write=False)
+    return resampled
 
 
-def _function(what: str, row: CampaignChannel, signal: TimeSignal) -> UffFunction:
+def _unit(what: str, row: CampaignChannel, signal: TimeSignal) -> Unit:
     # pulses of a tacho count, their height in whatever unit does not
-    unit = Unit("1", "1", 1.0)
-    if row.quantity != "tacho":
-        if not signal.unit.strip():
-            raise InputError(f"{what} states no unit: export it with one, such as {row.unit.label}")
-        with naming(what):
-            unit = parse_unit(signal.unit, row.unit.si)
+    if row.quantity == "tacho":
+        return Unit("1", "1", 1.0)
+    if not signal.unit.strip():
+        raise InputError(f"{what} states no unit: export it with one, such as {row.unit.label}")
+    with naming(what):
+        return parse_unit(signal.unit, row.unit.si)
+
+
+def _function(what: str, row: CampaignChannel, signal: TimeSignal, unit: Unit) -> UffFunction:
+    signal.values.setflags(write=False)
     with naming(what):
         return UffFunction(
             abscissa=signal.time,
-            values=signal.values * unit.factor,
+            values=signal.values,
             function_type=TIME_SIGNAL,
             response_node=row.node,
             response_direction=row.direction,
@@ -283,12 +326,16 @@ def _check_even(path: Path, axes: Sequence[tuple[str, RealArray]]) -> None:
         if id(time) in seen or not step > 0:  # instants that do not rise are refused elsewhere
             continue
         seen.add(id(time))
-        off = np.abs(time - time[0] - step * np.arange(time.size)) / step
-        if off.max() > LARGEST_JITTER:
-            k = int(np.argmax(off))
+        worst, k = 0.0, 0
+        for part in blocks(time.size):
+            indices = np.arange(part.start, part.stop)
+            off = np.abs(time[part] - time[0] - step * indices) / step
+            if off.max() > worst:
+                worst, k = float(off.max()), int(indices[np.argmax(off)])
+        if worst > LARGEST_JITTER:
             raise InputError(
                 f"{path}: {name} is not sampled evenly: sample {k + 1} at {time[k]:.9g} s is "
-                f"{off[k]:.2g} steps off; export it with one sampling rate"
+                f"{worst:.2g} steps off; export it with one sampling rate"
             )
 
 
@@ -305,147 +352,19 @@ def _readable(path: Path, kind: str) -> Iterator[None]:
         raise InputError(f"{path} is {kind}, but damaged: export it again") from None
 
 
-def _mdf(path: Path) -> _Channels:
-    opened = library(path, "asammdf", "mdf").MDF
-    try:
-        file = opened(io.BytesIO(read_bytes(path)))
-    except Exception as error:
-        # left half open, the library would complain on the console when it is cleared away
-        for frame, _ in walk_tb(error.__traceback__):
-            half: Any = frame.f_locals.get("self")
-            if hasattr(half, "_tempfile"):
-                half._tempfile.close()
-                half._closed = True
-        raise
-    with file:
-        for number, group in enumerate(file.groups):
-            master = file.masters_db.get(number)
-            for index, channel in enumerate(group.channels):
-                if index != master:
-                    yield channel.name, partial(_of_mdf, path, file, number, index)
+def _apart(kind: str, path: Path, names: Sequence[str]) -> _Channels:
+    """Read the channels with these names in a process of its own."""
+    content, arrays = read_apart(path, kind, names)
+    for name, unit, time, values in content["signals"]:
+        yield name, (unit, arrays[time], arrays[values])
+    for name in content["channels"]:
+        yield name, None
 
 
-def _of_mdf(path: Path, file: Any, group: int, index: int) -> _Loaded:
-    header = file.groups[group].channel_group
-    refuse_announced(f"{path}: group {group + 1}", max(header.cycles_nr, 0))
-    # without this, invalid samples are left out in silence
-    signal = file.get(None, group, index, ignore_invalidation_bits=True)
-    invalid = 0 if signal.invalidation_bits is None else int(np.sum(signal.invalidation_bits))
-    if invalid:
-        raise InputError(
-            f"{path}: channel '{signal.name}' has {invalid} samples that are marked invalid: cut "
-            "them off, deboom does not fill gaps"
-        )
-    return signal.unit, signal.timestamps, signal.samples
-
-
-_LEAD_IN = 28
-"""Bytes before each segment of a TDMS file; the last 16 say how far it goes."""
-
-
-def _tdms(path: Path) -> _Channels:
-    data, end = read_bytes(path), 0
-    while end < len(data):
-        end += _LEAD_IN + int.from_bytes(data[end + 12 : end + 20], "little")
-    if end != len(data):  # the library reads what is there in silence
-        raise InputError(f"{path} is a TDMS file, but its last segment is cut off: copy it again")
-    with library(path, "nptdms", "tdms").TdmsFile.open(path) as file:
-        for group in file.groups():
-            for channel in group.channels():
-                yield channel.name, partial(_of_tdms, path, file, group, channel)
-
-
-_SCALE_TYPE = re.compile(r"NI_Scale\[(\d+)\]_Scale_Type")
-_SCALES = (
-    "Polynomial",
-    "Linear",
-    "RTD",
-    "Strain",
-    "Table",
-    "Thermistor",
-    "Thermocouple",
-    "Add",
-    "Subtract",
-    "AdvancedAPI",
-)
-"""Types of scales that npTDMS applies; of any other it returns the raw numbers without a word."""
-
-
-def _check_scales(what: str, file: Any, group: Any, channel: Any) -> None:
-    """Refuse raw numbers whose way into the channel's unit is not known."""
-    for properties in (channel.properties, group.properties, file.properties):
-        types = {
-            int(match[1]): properties[match[0]]
-            for match in map(_SCALE_TYPE.fullmatch, properties)
-            if match
-        }
-        status = properties.get("NI_Scaling_Status")
-        if status == "scaled":
-            return
-        number = int(properties.get("NI_Number_Of_Scales", max(types, default=-1) + 1))
-        if not channel.scaler_data_types:  # scalers of a DAQmx recording state no type
-            types = {k: types.get(k, "") for k in range(number)} | types
-        unknown = {k: kind for k, kind in types.items() if kind not in _SCALES or k >= number}
-        if unknown:
-            k, kind = min(unknown.items())
-            raise InputError(
-                f"{what} has raw numbers, whose scale {k} of type '{kind}' is not known: export it "
-                "scaled, such as by 'Write to Measurement File' or DIAdem"
-            )
-        if number > 0:
-            return
-        if status == "unscaled":
-            raise InputError(f"{what} has raw numbers and states no scale: export it scaled")
-
-
-def _of_tdms(path: Path, file: Any, group: Any, channel: Any) -> _Loaded:
-    properties = channel.properties
-    if "wf_increment" not in properties:
-        raise InputError(
-            f"{path}: channel '{channel.name}' has no property wf_increment: write it as a waveform"
-        )
-    _check_scales(f"{path}: channel '{channel.name}'", file, group, channel)
-    refuse_announced(f"{path}: channel '{channel.name}'", len(channel))
-    unit = properties.get("unit_string") or properties.get("NI_UnitDescription") or ""
-    step, start = properties["wf_increment"], properties.get("wf_start_offset", 0.0)
-    return unit, start + step * np.arange(len(channel)), channel[:]
-
-
-def _hdf5(path: Path) -> _Channels:
-    with library(path, "h5py", "hdf5").File(path, "r") as file:
-        names: list[str] = []
-        file.visit(names.append)
-        for name in names:
-            if hasattr(file[name], "shape") and file[name].name.rpartition("/")[2] != "time":
-                yield name.rpartition("/")[2], partial(_of_hdf5, path, file[name])
-
-
-def _of_hdf5(path: Path, data: Any) -> _Loaded:
-    refuse_announced(f"{path}: data set '{data.name}'", math.prod(map(int, data.shape)))
-    around = (data, data.parent, data.file)
-    unit = next((data.attrs[key] for key in ("unit", "units") if key in data.attrs), "")
-    unit = unit.decode() if isinstance(unit, bytes) else unit
-    if "time" in data.parent:
-        announced = math.prod(map(int, data.parent["time"].shape))
-        refuse_announced(f"{path}: the time of '{data.name}'", announced)
-        return unit, data.parent["time"][:], data[:]
-    rate = next((each.attrs["sample_rate"] for each in around if "sample_rate" in each.attrs), 0.0)
-    if not float(rate) > 0:
-        raise InputError(
-            f"{path}: data set '{data.name}' has neither a data set 'time' [s] beside it nor an "
-            "attribute 'sample_rate' [Hz]: add one of them"
-        )
-    return unit, np.arange(data.shape[0]) / float(rate), data[:]
-
-
-def _matlab(path: Path) -> _Channels:
+def _matlab(path: Path, names: Sequence[str]) -> _Channels:
     time, columns = matlab_table(path, "time")
     for name, (unit, values) in columns.items():
-        yield name, partial(_loaded, unit, time, values if np.any(values.imag) else values.real)
-
-
-def _loaded(unit: str, time: RealArray, values: RealOrComplexArray) -> _Loaded:
-    return unit, time, values
+        yield name, (unit, time, values) if name in names else None
 
 
 @dataclass(frozen=True)
@@ -467,15 +386,19 @@ class WavChannel(TableRow):
             raise InputError(f"full_scale of '{self.channel}' is not positive: state it")
 
 
-def _wav(path: Path) -> _Channels:
-    data = read_bytes(path)
-    stated = 8 + int.from_bytes(data[4:8], "little")
-    if data[:4] == b"RF64":  # longer than 4 GiB, or written so that it may become that
-        stated = 8 + int.from_bytes(data[20:28], "little")
-    if data[:4] in (b"RIFF", b"RF64") and len(data) < stated:
-        raise InputError(f"{path} has {len(data)} of {stated} bytes: copy it again")
-    rate, tracks = wavfile.read(io.BytesIO(data))
-    refuse_announced(str(path), tracks.size)
+def _wav(path: Path, names: Sequence[str]) -> _Channels:
+    with opened_file(path, LARGEST_FILE) as file:
+        start, size = file.read(28), os.fstat(file.fileno()).st_size
+    stated = 8 + int.from_bytes(start[4:8], "little")
+    if start[:4] == b"RF64":  # longer than 4 GiB, or written so that it may become that
+        stated = 8 + int.from_bytes(start[20:28], "little")
+    if start[:4] in (b"RIFF", b"RF64") and size < stated:
+        raise InputError(f"{path} has {size} of {stated} bytes: copy it again")
+    try:
+        rate, tracks = wavfile.read(path, mmap=True)
+    except ValueError:  # 24 bits are no type of numbers: they are read, and take four times more
+        refuse_announced(str(path), size // 2)
+        rate, tracks = wavfile.read(path)
     tracks = tracks[:, np.newaxis] if tracks.ndim == 1 else tracks
     table = path.with_suffix(".csv")
     if not table.is_file():
@@ -488,14 +411,21 @@ def _wav(path: Path) -> _Channels:
         raise InputError(
             f"{table} has {len(rows)} rows and {path.name} {tracks.shape[1]} tracks: one row each"
         )
+    wanted = sum(row.channel in names for row in rows)
+    refuse_announced(str(path), (wanted + 1) * len(tracks) + size // 8)
     kind = tracks.dtype
     largest = 1.0 if kind.kind == "f" else -float(np.iinfo(kind).min) or 128.0
     middle = 128.0 if kind == np.uint8 else 0.0
-    time = np.arange(len(tracks)) / rate
+    time = np.arange(len(tracks), dtype=np.float64)
+    time /= rate
     for row, track in zip(rows, tracks.T, strict=True):
-        scale = row.full_scale / row.unit.factor / largest
-        values = (track.astype(np.float64) - middle) * scale
-        yield row.channel, partial(_loaded, row.unit.label, time, values)
+        if row.channel not in names:
+            yield row.channel, None
+            continue
+        values = track.astype(np.float64)
+        values -= middle
+        values *= row.full_scale / row.unit.factor / largest
+        yield row.channel, (row.unit.label, time, values)
 
 
 _END = "***End_of_Header***"
@@ -508,7 +438,7 @@ _COMMENT = "Comment"
 """Name of the last column, which LabVIEW writes behind the channels."""
 
 
-def _lvm(path: Path) -> _Channels:
+def _lvm(path: Path, names: Sequence[str]) -> _Channels:
     """LabVIEW's text: a header of the file, one of the segment, names, and a line per sample."""
     data = read_bytes(path, LARGEST_LVM)
     if sum(map(data.count, (b"\t", b",", b"\n", b"\r"))) > MOST_CELLS:
@@ -537,7 +467,7 @@ def _lvm(path: Path) -> _Channels:
         comma=facts.get("Decimal_Separator", "").strip() == ",",
     )
     for k, name in enumerate(segment.names):
-        yield name, partial(segment.channel, k)
+        yield name, segment.channel(k) if name in names else None
 
 
 def _without_special(lines: Sequence[str]) -> list[str]:
@@ -675,7 +605,7 @@ def _is_table(path: Path) -> bool:
     return text or (path.suffix.lower() == ".xlsx" and kind.startswith("a workbook"))
 
 
-def _table(path: Path) -> _Channels:
+def _table(path: Path, names: Sequence[str]) -> _Channels:
     """Columns ``name [unit]`` beside one of instants, or of the sampling rate."""
     columns = read_columns(path, _TIME)
     headers = columns.by_name(path)
@@ -687,7 +617,7 @@ def _table(path: Path) -> _Channels:
     time = _instants(path, columns, headers) if _TIME in headers else _even(path, columns, headers)
     for name, header in headers.items():
         if name not in (_TIME, _RATE):
-            yield name, partial(_of_table, path, columns, header, time)
+            yield name, _of_table(path, columns, header, time) if name in names else None
 
 
 def _of_table(path: Path, columns: Columns, header: str, time: RealArray) -> _Loaded:
@@ -720,11 +650,9 @@ def _even(path: Path, columns: Columns, headers: Mapping[str, str]) -> RealArray
 
 
 _TABLE = "a table"
-_READERS: Mapping[str, Callable[[Path], _Channels]] = {
-    "an MDF file": _mdf,
-    "a TDMS file": _tdms,
-    "an HDF5 file": _hdf5,
-    "a MATLAB file": _matlab,
+_READERS: Mapping[str, Callable[[Path, Sequence[str]], _Channels]] = {
+    **{kind: partial(_apart, kind) for kind in (MDF, TDMS, HDF5)},
+    MATLAB: _matlab,
     "a LabVIEW measurement file": _lvm,
     "a WAV file": _wav,
     _TABLE: _table,

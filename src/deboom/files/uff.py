@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pyuff
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, blocks
 from deboom.errors import InputError, naming
 from deboom.files.disk import (
     LARGEST_FILE,
@@ -120,18 +120,21 @@ class UffFunction(_KeptAsGiven):
                 f"shapes {abscissa.shape} and {values.shape}"
             )
         for array, what in ((abscissa, "abscissa"), (values, "value")):
-            bad = np.flatnonzero(~np.isfinite(array))
-            if bad.size:
+            for part in blocks(array.size):
+                bad = part.start + np.flatnonzero(~np.isfinite(array[part]))
+                if bad.size:
+                    raise InputError(
+                        f"{self.dof}: the {what} of line {bad[0] + 1} is {array[bad[0]]}; measure "
+                        "or export it again, deboom does not fill gaps"
+                    )
+        for part in blocks(abscissa.size):
+            near = abscissa[part.start : part.stop + 1]
+            falling = part.start + np.flatnonzero(near[1:] <= near[:-1])
+            if falling.size:
                 raise InputError(
-                    f"{self.dof}: the {what} of line {bad[0] + 1} is {array[bad[0]]}; measure or "
-                    "export it again, deboom does not fill gaps"
+                    f"{self.dof}: the abscissa does not increase after line {falling[0] + 1} "
+                    f"({abscissa[falling[0]]:g}, then {abscissa[falling[0] + 1]:g})"
                 )
-        falling = np.flatnonzero(abscissa[1:] <= abscissa[:-1])
-        if falling.size:
-            raise InputError(
-                f"{self.dof}: the abscissa does not increase after line {falling[0] + 1} "
-                f"({abscissa[falling[0]]:g}, then {abscissa[falling[0] + 1]:g})"
-            )
         for array in (abscissa, values):
             array.setflags(write=False)
         object.__setattr__(self, "abscissa", abscissa)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -10,12 +10,13 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import savgol_filter
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount, in_mount_axes, in_vehicle_axes
+from deboom.mounts.operating_map import OperatingMap, Preload
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 
@@ -254,3 +255,80 @@ def smooth_static_force(
         if 5 <= count <= step.size + 1:
             smooth[lines] = savgol_filter(smooth[lines], count, 2)
     return smooth
+
+
+@dataclass(frozen=True, eq=False)
+class PredictedForce:
+    """The force of one direction under another engine, at the lines of its operating map.
+
+    - `lines`: what the other engine measured, without lines near the noise floor.
+    - `stiffness`: of the surface at these lines, shape (n,) [N/m].
+    - `inside`: lines within the region that the surface was measured in, shape (n,): only these
+      are predicted.
+    """
+
+    lines: OperatingMap
+    stiffness: ComplexArray
+    inside: BoolArray
+
+    @property
+    def force(self) -> ComplexArray:
+        """Predicted force at the lines inside, shape (n_inside,) [N]."""
+        return np.asarray((self.stiffness * self.lines.displacement)[self.inside])
+
+    @property
+    def measured(self) -> ComplexArray:
+        """Measured force at the lines inside, shape (n_inside,) [N]."""
+        return np.asarray(self.lines.force[self.inside])
+
+    @property
+    def error(self) -> float:
+        """Rms of the force error over that of the force, at the lines inside [1]; nan if none."""
+        if not self.inside.any():
+            return float("nan")
+        error = np.mean(np.abs(self.force - self.measured) ** 2)
+        return float(np.sqrt(error / np.mean(np.abs(self.measured) ** 2)))
+
+
+def predicted_forces(
+    mounts: Sequence[CharacterisedMount],
+    maps: Mapping[str, OperatingMap],
+    regressor: PiecewiseCubicRegressor,
+) -> dict[str, PredictedForce]:
+    """Predict what another engine's cells measure, from its motion and the mounts' surfaces.
+
+    ``f = K(F₀, |s|, ω) s`` (thesis, eq. 30, 32; 3.6.2) with motion s and static force F₀ along the
+    main axis of the mount, both as the other engine measures them.
+
+    - `mounts`: characterised under the first engine.
+    - `maps`: operating map of the other engine by ``<mount> <axis>``; see
+      `deboom.mounts.operating_map.operating_maps`.
+    - returns: by ``<mount> <axis>``, of each direction with a surface and a map.
+    - raises InputError: no map of a mount's main axis.
+    """
+    predicted = {}
+    for mount in mounts:
+        main = f"{mount.mount.name} {main_axis(mount)}"
+        if main not in maps:
+            raise InputError(
+                f"the other engine measured no {main}, along which mount {mount.mount.name} "
+                "carries its static force: measure it, or leave the mount out"
+            )
+        loaded = maps[main]
+        static_force = loaded.preload(Preload.STATIC_FORCE)
+        preload = smooth_static_force(static_force, loaded.frequency, loaded.run)
+        for axis in (entry.axis for entry in mount.directions if entry.surface is not None):
+            name = f"{mount.mount.name} {axis}"
+            if name in maps:
+                surface = surface_over_main_force(mount, axis, regressor)
+                predicted[name] = _at_lines(surface, preload, maps[name])
+    return predicted
+
+
+def _at_lines(
+    surface: DynamicStiffnessSurface, preload: RealArray, lines: OperatingMap
+) -> PredictedForce:
+    used = ~lines.near_floor
+    points = operating_points(preload, lines.amplitude, lines.frequency)[used]
+    stiffness = surface.predict(points, extrapolate=True)
+    return PredictedForce(lines.select(used), stiffness, surface.supported(points))

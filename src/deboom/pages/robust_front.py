@@ -649,25 +649,32 @@ def _search(report: Report, view: PlatformFront) -> None:
     factors = "stiffness factors"
     if len(view.front.variables) > len(view.stiffness_variables):
         factors = "factors of stiffness (K' and K'' alike) and of loss (K'' alone, exactly made)"
-    report.section(
-        "What was asked, and how it was searched",
-        f"{view.platform.title}: {view.platform.description}\n\n"
+    objectives = (
+        f"Two objectives, both as small as possible: the {summed} over the vehicles of the mean "
+        "SPLV, and the sum of its standard deviation σ; shown"
+    )
+    if aims := aim_note(view.front.robust):
+        objectives = f"{aims} Mean and σ are shown"
+    paragraphs = (
+        f"{view.platform.title}: {view.platform.description}",
         f"Vehicles: {listed(view.fleet.vehicles)}. Load cases: {cases}. Lines: "
         f"{lines.size} between {lines[0]:g} and {lines[-1]:g} Hz, engine order "
         f"{case.order:g}. Motion: {motion_name(view.index)}; meaning of a stiffness "
-        f"factor: {motion.summary['design_factor']}.\n\n"
+        f"factor: {motion.summary['design_factor']}.",
         f"Design variables: {len(view.front.variables)} {factors}, each between "
         f"{space.lower.min():g} and {space.upper.max():g}. "
         f"Manufacturing scatter: ±{PERCENT * space.tolerance.max():.0f} % of the design's own "
         f"stiffness as three standard deviations, {sampler.n_samples} draws ({sampler.kind}). "
-        f"Two objectives, both as small as possible: the {summed} over the vehicles of the mean "
-        "SPLV, and the sum of its standard deviation σ; shown divided by the number of vehicles "
-        "and lines.\n\n"
+        f"{objectives} divided by the number of vehicles and lines.",
         f"{search.algorithm}, {search.stopped}, {search.seconds:.1f} s. "
         f"{view.front.text} In the search σ was wrong by "
         f"{signed(view.front.sigma_bias_percent, 2)} % and its mean by "
-        f"{signed(view.front.mean_bias * view.front.per_line, 3)} dB on average.\n\n"
-        "\n\n".join((motion.text, aim_note(view.front.robust))).strip(),
+        f"{signed(view.front.mean_bias * view.front.per_line, 3)} dB on average.",
+        motion.text,
+    )
+    report.section(
+        "What was asked, and how it was searched",
+        "\n\n".join(paragraphs).strip(),
         folded=True,
     )
     report.figure(

@@ -54,7 +54,3 @@ class LiveModel:
     def with_header(self, more: Mapping[str, Any]) -> LiveModel:
         """Return the same numbers with further words in the header."""
         return replace(self, header={**self.header, **more})
-
-    def with_arrays(self, more: Mapping[str, RealArray]) -> LiveModel:
-        """Return the same model with further numbers."""
-        return replace(self, arrays={**self.arrays, **more})

@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from deboom.bench.campaign import training_plan
 from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.families import draw_family
 from deboom.bench.fleet import load_fleet
 from deboom.bench.layout import LOAD_CASES
 from deboom.bench.powertrain import DRAWING, load_bench
@@ -123,18 +124,25 @@ LIBRARY_STEPS = 2 + len(STEPS)
 
 
 def write_platform_library(
-    path: Path, seed: int, progress: Progress, truth_seed: int = 1, tilt: float = 0.0
+    path: Path,
+    seed: int,
+    progress: Progress,
+    truth_seed: int = 1,
+    tilt: float = 0.0,
+    family: str = "",
 ) -> Path:
     """Measure the parts of a virtual platform on its bench, characterise and export them.
 
     - `path`: JSON, `deboom.runs.platform_options.LIBRARY_FILE` in the platform's folder.
+    - `family`: as of `deboom.bench.platform_writer.write_platform`.
     - Map points stay out: they are a hundred times as long, and forces come from the surfaces.
     - raises InputError: seed below 1, or a file that cannot be written.
     """
     progress(0, LIBRARY_STEPS, "measuring the mounts")
     with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
         folder = Path(temporary) / "campaign"
-        write_campaign(folder, seed, training_plan(DRAWING), bench=load_bench(truth_seed, tilt))
+        bench, drawn = load_bench(truth_seed, tilt), draw_family(family, seed, truth_seed)
+        write_campaign(folder, seed, training_plan(DRAWING), bench=bench, family=drawn)
         progress(1, LIBRARY_STEPS, "reading")
         campaign = read_campaign(folder, (DRAWING,))
 

@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_type_hints
@@ -90,15 +90,16 @@ _T = TypeVar("_T")
 def expanded(options: Any) -> dict[str, inspect.Parameter]:
     """Return the options of a study by name, those of its groups among them.
 
-    - `options`: dataclass of defaults. A field is an option, ``Annotated[type, Option(help=...)]``,
-      a path that the user names, ``Annotated[Path, Argument(help=...)]``, or a group of options,
-      which is a dataclass itself.
+    - `options`: dataclass, or an object of it. A field is an option, ``Annotated[type,
+      Option(help=...)]``, a path that the user names, ``Annotated[Path, Argument(help=...)]``, or a
+      group of options, which is a dataclass itself.
     - raises TypeError: two options of one name, a mistake in the study.
     """
-    hints = get_type_hints(type(options), include_extras=True)
+    kind = options if isinstance(options, type) else type(options)
+    hints = get_type_hints(kind, include_extras=True)
     parameters: dict[str, inspect.Parameter] = {}
     for item in fields(options):
-        default = getattr(options, item.name)
+        default = _value_of(options, item)
         new = {
             item.name: inspect.Parameter(
                 item.name,
@@ -114,6 +115,15 @@ def expanded(options: Any) -> dict[str, inspect.Parameter]:
             raise TypeError(f"{type(options).__name__} has the option {sorted(doubled)} twice")
         parameters |= new
     return parameters
+
+
+def _value_of(options: Any, item: Field[Any]) -> Any:
+    """Return the value of a field in an object, or its default in a class; empty without one."""
+    if not isinstance(options, type):
+        return getattr(options, item.name)
+    if item.default_factory is not MISSING:
+        return item.default_factory()
+    return inspect.Parameter.empty if item.default is MISSING else item.default
 
 
 def is_positional(parameter: inspect.Parameter) -> bool:
@@ -161,16 +171,22 @@ def _marks(parameter: inspect.Parameter) -> tuple[Any, ...]:
     return getattr(parameter.annotation, "__metadata__", ())
 
 
-def filled(options: _T, arguments: Mapping[str, Any]) -> _T:
-    """Return options with other values, by the names that `expanded` gives."""
-    changes: dict[str, Any] = {}
+def filled(options: type[_T] | _T, arguments: Mapping[str, Any]) -> _T:
+    """Return options with other values, by the names that `expanded` gives.
+
+    - `options`: dataclass, or an object of it.
+    - raises TypeError: no value for a path that the user names.
+    """
+    values: dict[str, Any] = {}
     for item in fields(options):  # type: ignore[arg-type]
-        value = getattr(options, item.name)
+        value = _value_of(options, item)
         if is_dataclass(value):
-            changes[item.name] = filled(value, arguments)
-        elif item.name in arguments:
-            changes[item.name] = arguments[item.name]
-    return replace(options, **changes)  # type: ignore[type-var]
+            value = filled(value, arguments)
+        elif item.name in arguments:  # the name of a group may be that of an option in it
+            value = arguments[item.name]
+        if value is not inspect.Parameter.empty:
+            values[item.name] = value
+    return (options if isinstance(options, type) else type(options))(**values)
 
 
 BAND = "FROM TO"

@@ -5,9 +5,8 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import BeforeValidator
 from typer import Option
 
 from deboom.errors import InputError
@@ -26,11 +25,6 @@ ALL = "all"
 BAND_DEFAULT = "20 60; all lines of data that miss 20 or 60 by a line or more"
 
 
-def _listed_groups(recorded: Any) -> Any:
-    """Return the groups of a run's record; up to 0.2.0 it was one, or an empty text."""
-    return [recorded] * bool(recorded) if isinstance(recorded, str) else recorded
-
-
 @dataclass(frozen=True)
 class PlatformOptions:
     """Options of a study: whose noise, in which runs, and where the forces come from.
@@ -43,7 +37,6 @@ class PlatformOptions:
     ] = None
     group: Annotated[
         list[str] | None,
-        BeforeValidator(_listed_groups),
         Option(
             help=f"Group of vehicles; repeatable; '{ALL}' takes all vehicles.",
             show_default=f"{DEMONSTRATED}, or the only one",

@@ -2,10 +2,11 @@
 
 A study is a file with a docstring, whose first paragraph is its question, and three names:
 
-- ``Options``: a frozen dataclass with a default for everything and a field ``seed``, or a class
-  variable ``seed`` where nothing is drawn; a path that the user must name is an ``Argument``;
+- ``Options``: a frozen dataclass with a default for everything but a path that the user must name,
+  which is an ``Argument``; a field ``seed`` where anything is drawn;
 - ``prepare(options)``: reads files and builds the model, without running anything long;
-- ``run(model, options, context)``: computes, and returns a `deboom.report.Report`.
+- ``run(model, options)``: computes, and returns a `deboom.report.Report`. A third parameter,
+  ``context``, gets the `deboom.runs.result.RunContext`, where a search is kept to go on with.
 
 A docstring that is a command's help first says what the command does; the file's ``QUESTION`` is
 the question then.
@@ -25,7 +26,7 @@ import time
 import traceback
 import webbrowser
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, is_dataclass
+from dataclasses import dataclass, field, is_dataclass, replace
 from enum import Enum
 from itertools import chain
 from pathlib import Path
@@ -40,7 +41,7 @@ from typer.core import TyperCommand
 from deboom.common import option_name, shipped_studies
 from deboom.errors import IncompleteReport, InputError
 from deboom.files.disk import read_text
-from deboom.files.former_studies import FORMER_STUDIES
+from deboom.files.former_studies import FORMER_STUDIES, MOVED
 from deboom.files.front_run import SAME_RESULT
 from deboom.files.run_folder import (
     LOCK,
@@ -76,6 +77,8 @@ BLAS_THREADS = 1
 """Threads of linear algebra in a run: sums in another order would change last bits."""
 SHOWN_TILES = 4
 """Headline numbers of a run without a verdict, at its end."""
+SEED_WITHOUT_DRAWS = 1
+"""Seed in the name and record of a run whose study draws nothing."""
 SHORT_HASH = 12
 """Digits of a hash in a sentence."""
 
@@ -104,6 +107,8 @@ def find_study(wanted: str | Path, folder: Path | None = None) -> Path:
         return files[names.index(str(wanted))]
     if former := FORMER_STUDIES.get(path.stem):
         return find_study(former.today, folder)
+    if path.stem in MOVED:
+        raise InputError(f"{wanted}: {MOVED[path.stem]}")
     near = difflib.get_close_matches(path.stem, names, n=1)
     hint = f"; did you mean {near[0]}?" if near else ""
     raise InputError(f"{wanted}: there is no such study; `deboom studies` lists them{hint}")
@@ -167,12 +172,11 @@ class Study:
 
         A path that the user must name has no default.
         """
-        options = expanded(filled(self.module.Options(), self.defaults))
         return {
-            name: parameter.replace(default=parameter.empty)
-            if is_positional(parameter)
+            name: parameter.replace(default=self.defaults[name])
+            if name in self.defaults
             else parameter
-            for name, parameter in options.items()
+            for name, parameter in expanded(self.module.Options).items()
         }
 
     @property
@@ -195,24 +199,29 @@ class Study:
         paths = [path for name in self.positional for path in _items(arguments[name])]
         return Path(paths[0]) if len(paths) == 1 else Path.cwd()
 
+    def _options(self, arguments: Mapping[str, Any]) -> Any:
+        return filled(self.module.Options, {**self.defaults, **arguments})
+
     def effective(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """Return all options by name as the study takes them: one may decide over others.
 
         - raises InputError: options that exclude each other.
         """
-        options = expanded(filled(self.module.Options(), arguments))
+        options = expanded(self._options(arguments))
         return {name: option.default for name, option in options.items()}
 
     def model(self, arguments: Mapping[str, Any]) -> Any:
         """Build the model for these options, without a run."""
-        return self.module.prepare(filled(self.module.Options(), arguments))
+        return self.module.prepare(self._options(arguments))
 
     def report(self, arguments: Mapping[str, Any], context: RunContext | None = None) -> Report:
         """Run the study with these options; the others have their defaults."""
-        options = filled(self.module.Options(), arguments)
-        report = self.module.run(self.module.prepare(options), options, context)
+        options = self._options(arguments)
+        run = self.module.run
+        further = (context,) if len(inspect.signature(run).parameters) > 2 else ()
+        report = run(self.module.prepare(options), options, *further)
         if not isinstance(report, Report):
-            raise InputError(f"{self.path}: run(model, options, context) returns no Report")
+            raise InputError(f"{self.path}: run(model, options) returns no Report")
         return report
 
 
@@ -220,7 +229,7 @@ def load_study(study: str | Path) -> Study:
     """Import a study by its path or name.
 
     - raises InputError: the file is missing, has no docstring, lacks ``Options``, ``prepare`` or
-      ``run``, or has options without a default or without a seed.
+      ``run``, or has options without a default.
     """
     path = find_study(study)
     question = question_of(path)
@@ -228,20 +237,25 @@ def load_study(study: str | Path) -> Study:
     missing = [n for n in ("Options", "prepare", "run") if not hasattr(module, n)]
     if missing:
         raise InputError(
-            f"{path}: a study has a class Options, prepare(options) and run(model, options, "
-            f"context); there is no {missing[0]}"
+            f"{path}: a study has a class Options, prepare(options) and run(model, options); "
+            f"there is no {missing[0]}"
         )
     if not is_dataclass(module.Options):
         raise InputError(f"{path}: Options is a frozen dataclass; write @dataclass(frozen=True)")
+    loaded = Study(path, question, module)
     try:
-        Study(path, question, module).parameters  # noqa: B018 - every option is read
+        options = loaded.parameters
     except (TypeError, NameError) as error:
         raise InputError(f"{path}: every option has a default and a type: {error}") from None
-    if not hasattr(module.Options, "seed"):
-        raise InputError(f"{path}: Options has no seed; write `seed: int = 1`")
+    for name, option in options.items():
+        if option.default is option.empty and not is_positional(option):
+            raise InputError(
+                f"{path}: option {name} has no default: give it one, or make it an Argument"
+            )
     former = FORMER_STUDIES.get(Path(study).stem)
-    renamed = former is not None and former.today == path.stem
-    return Study(path, question, module, former.defaults if former and renamed else {})
+    if former is not None and former.today == path.stem:
+        return replace(loaded, defaults=former.defaults)
+    return loaded
 
 
 def _module(path: Path) -> ModuleType:
@@ -327,9 +341,10 @@ def resume_study(
     record = _record(study, arguments)
     changes = _changes_of_code(entry, record)
     if changes and not other_code:
+        version = entry.record["environment"]["packages"].get("deboom", "unknown")
         raise InputError(
-            f"run {entry.name} was started with {changes[0]}: go back to the former, start a new "
-            "run, or insist with --other-code"
+            f"run {entry.name} was started with {changes[0]}: resume it with the versions that "
+            f"wrote it (deboom {version}), start a new run, or insist with --other-code"
         )
     if changes:
         record["begun_with"] = changes
@@ -400,7 +415,7 @@ def _record(study: Study, arguments: Mapping[str, Any]) -> dict[str, Any]:
         record |= {"command": study.command(arguments), "positional": paths}
     return {
         **record,
-        "seed": arguments.get("seed", study.module.Options.seed),
+        "seed": arguments.get("seed", SEED_WITHOUT_DRAWS),
         "arguments": {
             name: _recorded(value)
             for name, value in arguments.items()

@@ -363,6 +363,13 @@ class ThoroughSearchOptions(SearchOptions):
         Path | None,
         Option(help="Designs to begin with: a file that the interactive page saved, or a table."),
     ] = None
+    checks: Annotated[
+        int,
+        Option(
+            help="Number of draws of the verification, a power of two.",
+            callback=at_least(8, power_of_two=True),
+        ),
+    ] = VERIFIED
 
     def verified(
         self,
@@ -372,7 +379,6 @@ class ThoroughSearchOptions(SearchOptions):
         run: RunContext | None,
         inputs: Sequence[Path],
         limits: DesignLimits | None = None,
-        verified_with: int = VERIFIED,
         name: str = "search",
         begin: RealArray | None = None,
     ) -> Front:
@@ -400,7 +406,7 @@ class ThoroughSearchOptions(SearchOptions):
                 algorithm=self.algorithm,
                 until=self.until,
                 polish=self.polish,
-                verified_with=verified_with,
+                verified_with=self.checks,
                 workers=self.workers,
                 scheduler=self.scheduler,
                 progress=bar,

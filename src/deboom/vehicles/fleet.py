@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import combinations
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
@@ -63,11 +64,32 @@ class Vehicle:
             _check_receptance(self.name, self.receptance, self.noise_transfer.inputs)
 
 
-NOT_RECIPROCAL = 0.3
-"""Largest difference of a receptance from its transpose, over its size, that is noise [1]."""
+NOT_RECIPROCAL = 0.5
+"""Largest difference of a receptance from its transpose, over its size, that is noise [1]: 20 % of
+noise in every function leave 0.28."""
 
-NOT_PASSIVE = 0.5
-"""Largest power that a receptance gives, over what it takes, that is noise [1]."""
+NOT_PASSIVE = 0.05
+"""Largest power that a receptance gives, over the size of its functions, beyond the relative noise
+of these [1]: on stiff brackets noise gives up to 0.8 times that."""
+
+UNLIKE = -0.5
+"""Likeness of what must be alike from which on it is opposite [1]; noise alone leaves about 0."""
+
+LIKELY = 0.8
+"""Likeness of what must be alike from which on a fault is named [1]: 20 % of noise leave 0.95."""
+
+OTHER_SIZE = 10.0
+"""Ratio of the sizes of two functions that must be alike from which on one is no receptance [1]."""
+
+FLAT = 0.9
+"""Mean of a real part over its root mean square from which on it is that of a spring [1]; a mass
+has 0.76 over two octaves."""
+
+OTHER_DRIVING_POINT = 1e4
+"""The same of driving points, whose sizes differ more [1]."""
+
+FEWEST_LINES = 10
+"""Lines from which on a single function is judged."""
 
 
 def _check_receptance(vehicle: str, receptance: Frf, paths: Sequence[str]) -> None:
@@ -82,6 +104,34 @@ def _check_receptance(vehicle: str, receptance: Frf, paths: Sequence[str]) -> No
                 f"{list(paths)}: measure the body at the same paths"
             )
     values = receptance.select(outputs=paths, inputs=paths).values
+    sizes = np.linalg.norm(values.diagonal(axis1=1, axis2=2), axis=0)
+    ratio = sizes / max(float(np.median(sizes)), _TINY)
+    if not np.all((ratio < OTHER_DRIVING_POINT) & (ratio > 1.0 / OTHER_DRIVING_POINT)):
+        odd = int(np.argmax(np.abs(np.log(np.maximum(ratio, _TINY)))))
+        raise InputError(
+            f"{owner} at {paths[odd]} per force there is {ratio[odd]:.3g} times that of the other "
+            "paths: check its unit, and that it is displacement per force"
+        )
+    loss = -values.imag.diagonal(axis1=1, axis2=2)
+    # squares weigh the resonances, where losses stand out of the noise
+    taken = (loss * np.abs(loss)).sum(axis=0) / np.maximum((loss**2).sum(axis=0), _TINY)
+    # a flat negative real part is a negative stiffness; that of a mass falls with the frequency
+    real = values.real.diagonal(axis1=1, axis2=2)
+    flat = real.sum(axis=0) / (np.linalg.norm(real, axis=0) * np.sqrt(len(real)))
+    taken = np.where((len(real) >= FEWEST_LINES) & (flat < -FLAT), -1.0, taken)
+    if np.any(taken < UNLIKE):
+        raise InputError(
+            f"{owner} gives energy at {paths[int(np.argmin(taken))]}: check the sign of its "
+            "motion, that it is displacement per force, and that it has the factor e^(+jωt)"
+        )
+    for row, column in combinations(range(len(paths)), 2):
+        fault = _fault_of_pair(values[:, row, column], values[:, column, row])
+        if fault:
+            first, second = paths[row], paths[column]
+            raise InputError(
+                f"{owner} at {first} per force at {second} {fault} that at {second} per force at "
+                f"{first}, and a body answers alike with force and response exchanged: check both"
+            )
     asymmetry = np.linalg.norm(values - values.swapaxes(1, 2)) / np.linalg.norm(values)
     if not asymmetry <= NOT_RECIPROCAL:
         raise InputError(
@@ -89,21 +139,53 @@ def _check_receptance(vehicle: str, receptance: Frf, paths: Sequence[str]) -> No
             "body answers alike with force and response exchanged: check directions, signs and "
             "the order of channels"
         )
-    loss = -values.imag.diagonal(axis1=1, axis2=2)
-    taken = loss.sum(axis=0) / np.abs(loss).sum(axis=0)
-    if not np.all(taken > -NOT_PASSIVE):
-        raise InputError(
-            f"{owner} gives energy at {paths[int(np.argmin(taken))]}: check the sign of its "
-            "motion, and that it has the factor e^(+jωt)"
-        )
     symmetric = (values + values.swapaxes(1, 2)) / 2.0
     power = np.linalg.eigvalsh(-symmetric.imag)
-    given = -power[power < 0.0].sum() / power[power > 0.0].sum()
-    if given > NOT_PASSIVE:
+    given = -power[power < 0.0].sum() / np.linalg.norm(values, axis=(1, 2)).sum()
+    if given > NOT_PASSIVE + relative_noise(values):
         raise InputError(
-            f"{owner} gives {100 * given:.0f} % of the energy that it takes, and a body only "
-            "takes: check directions and signs of its channels"
+            f"{owner} gives energy, {100 * given:.0f} % of the size of its functions, and a body "
+            "only takes: check directions and signs of its channels"
         )
+
+
+_TINY = float(np.finfo(float).tiny)
+
+
+def relative_noise(receptance: ComplexArray) -> float:
+    """Estimate the noise of each function of a receptance from what is not reciprocal.
+
+    - `receptance` (f, n, n) [m/N].
+    - returns root mean square of the complex error over the function [1]; 0 of one path.
+
+    The squared difference of two measured functions, over their size, is exponentially distributed;
+    its median stands resonances of different days.
+    """
+    row, column = np.triu_indices(receptance.shape[1], 1)
+    first, second = receptance[:, row, column], receptance[:, column, row]
+    if not row.size:
+        return 0.0
+    size = np.maximum(np.abs(first * second), _TINY)
+    return float(np.sqrt(np.median(np.abs(first - second) ** 2 / size) / (2.0 * np.log(2.0))))
+
+
+def _fault_of_pair(first: ComplexArray, second: ComplexArray) -> str:
+    """Say how one of two functions that must be alike is wrong; empty where noise explains it."""
+    if first.size < FEWEST_LINES:
+        return ""
+    sizes = sorted(float(np.linalg.norm(each)) for each in (first, second))
+    if sizes[1] > OTHER_SIZE * sizes[0]:
+        return f"is {sizes[1] / max(sizes[0], _TINY):.3g} times as large or as small as"
+
+    def likeness(one: ComplexArray | RealArray, other: ComplexArray | RealArray) -> float:
+        product = float(np.linalg.norm(one) * np.linalg.norm(other))
+        return float(np.vdot(one, other).real) / max(product, _TINY)
+
+    if likeness(first, -second) > LIKELY:
+        return "has the other sign of"
+    if likeness(first, second.conj()) > LIKELY and likeness(first.imag, second.imag) < UNLIKE:
+        return "is the complex conjugate of"
+    return ""
 
 
 @checked(vehicles="some distinct")

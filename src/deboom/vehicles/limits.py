@@ -30,6 +30,7 @@ from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Band, PathContributions, lines_inside
+from deboom.vehicles.kernels import PullBack
 from deboom.vehicles.platform import MissingLibrary, Runs
 from deboom.vehicles.powertrain import KinematicModel, Powertrain, mount_forward
 
@@ -94,6 +95,15 @@ class MeanLevel(_VehicleLevel):
     def gradient(self, designs: npt.ArrayLike) -> RealArray:
         """Return the derivatives, shape (n, v, k) [dB(A) per unit factor]."""
         return np.asarray(self.model.gradient(designs) / self.model.n_lines)
+
+    def linearised(self, designs: npt.ArrayLike) -> tuple[RealArray, PullBack]:
+        """Return the levels of designs (n, k), shape (n, v), and the pull-back of weights.
+
+        See `BoomingModel.linearised` [dB(A)].
+        """
+        total, pull_back = self.model.linearised(designs)
+        n_lines = self.model.n_lines
+        return total / n_lines, lambda weights: pull_back(weights / n_lines)
 
 
 @dataclass(frozen=True, eq=False)

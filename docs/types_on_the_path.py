@@ -19,7 +19,7 @@ from deboom.runs.runner import load_study, shipped_studies
 from deboom.vehicles.fleet_front import FleetFront
 from deboom.vehicles.platform import Platform, Runs
 
-STUDY = load_study(shipped_studies() / "u06_robust_front.py").module
+STUDY = load_study(shipped_studies() / "front.py").module
 STEPS = (
     read_platform,
     Platform.runs,

@@ -15,23 +15,23 @@ class FormerStudy:
 
     - `today`: its name.
     - `defaults`: options whose default was another one, by name.
-    - `gone`: options that it took and today's does not, with the value at which they did nothing,
-      and what there is in their place.
+    - `gone`: options that it took and today's does not, with the values that change no model, and
+      what there is in their place.
     """
 
     today: str
     defaults: Mapping[str, Any] = field(default_factory=dict)
-    gone: Mapping[str, tuple[Any, str]] = field(default_factory=dict)
+    gone: Mapping[str, tuple[tuple[Any, ...], str]] = field(default_factory=dict)
 
     def arguments(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return options of the former study as today's takes them.
 
         - `given`: options by name.
-        - raises InputError: an option that is gone and did something.
+        - raises InputError: an option that is gone and changed the model.
         """
         for name in given.keys() & self.gone.keys():
-            idle, instead = self.gone[name]
-            if given[name] != idle:
+            ignored, instead = self.gone[name]
+            if given[name] not in ignored:
                 raise InputError(f"{self.today} has no --{name.replace('_', '-')}: {instead}")
         kept = {name: value for name, value in given.items() if name not in self.gone}
         return {**self.defaults, **kept}
@@ -43,11 +43,14 @@ FORMER_STUDIES = {
         "front",
         {"with_": "prescribed", "generations": 50},
         {
-            # the options that it stood for are recorded beside it
-            "as_thesis": (False, "write --motion prescribed --sampler fresh --samples 100"),
+            # a record has the options that it stood for as well
+            "as_thesis": (
+                (False, True),
+                "write --motion prescribed --sampler fresh --samples 100",
+            ),
             "free_tolerances": (
-                False,
-                "`deboom run tolerance_allocation --free` searches with tolerances as variables",
+                (False,),
+                "`deboom run tolerance_allocation --free-tolerances` has them as variables",
             ),
         },
     ),

@@ -304,12 +304,10 @@ def _front(folder: Path) -> None:
     atexit.register(shutil.rmtree, place.parent, ignore_errors=True)
     platform = foreign_platform_samples.write_foreign_platform(place)
     study = load_study(DATA.parent / "front.py")
-    study.module.VERIFIED = 64  # type: ignore[attr-defined]
     options = {"seed": 1, "band": (30.0, 33.0), "generations": 2, "population": 8, "samples": 4}
-    options |= {"searches": 1, "polish": False, "with_": "none", "platform": platform, "motion": Motion.prescribed}
-    options |= {"mounts": MountSource.spectra}
-    accepted = {name: value for name, value in options.items() if name in study.parameters}
-    run = run_study(study, folder.with_name("results"), accepted)
+    options |= {"polish": False, "checks": 64, "with_": "none", "platform": platform}
+    options |= {"motion": Motion.prescribed, "mounts": MountSource.spectra}
+    run = run_study(study, folder.with_name("results"), options)
     run.rename(folder)
     shutil.rmtree(folder.with_name("results"))
 

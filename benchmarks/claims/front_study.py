@@ -23,7 +23,8 @@ def claims() -> list[Claim]:
     """Run the study with several seeds."""
     study = load_study("front")
     begin = time.perf_counter()
-    reports = [study.report({"seed": seed, "with_": "prescribed", "generations": 50}) for seed in SEEDS]
+    options = {"with_": "prescribed", "generations": 50}
+    reports = [study.report({"seed": seed, **options}) for seed in SEEDS]
     seconds = (time.perf_counter() - begin) / len(SEEDS)
     summaries = [report.summary for report in reports]
     picks = [report.tables["picks"].set_index("design") for report in reports]

@@ -68,5 +68,5 @@ def listed(names: Sequence[str]) -> str:
 
 
 def option_name(name: str) -> str:
-    """Return how an option is typed, without its dashes; a Python word such as ``with_`` ends so."""
+    """Return how an option is typed, without its dashes; ``with_`` is ``with``, as in PEP 8."""
     return name.rstrip("_").replace("_", "-")

@@ -57,6 +57,8 @@ FORMER_STUDIES = {
     "u06_sensitivity": FormerStudy("sensitivity"),
     "fleet_correlation": FormerStudy("correlation"),
     "compressor_robust_front": FormerStudy("compressor_front"),
+    "compressor_identification": FormerStudy("identify"),
+    "compressor_unbalance": FormerStudy("unbalance"),
 }
 
 MOVED = {

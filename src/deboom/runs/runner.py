@@ -186,17 +186,22 @@ class Study:
 
     def command(self, arguments: Mapping[str, Any]) -> str:
         """Return the command and its paths, without options; `arguments` has all by name."""
-        paths = chain(*(_items(_recorded(arguments[name])) for name in self.positional))
+        paths = map(_recorded, self._named_paths(arguments))
         return " ".join(["deboom", self.name, *map(shlex.quote, paths)])
+
+    def _named_paths(self, arguments: Mapping[str, Any]) -> list[Any]:
+        """Return the paths that the user names; none where a study does without."""
+        values = [arguments[name] for name in self.positional if arguments[name] is not None]
+        return list(chain(*map(_items, values)))
 
     def inputs_from(self, arguments: Mapping[str, Any]) -> Path:
         """Return the folder from which input files are named.
 
         It is that of the study; that which the user names, or with several the working folder.
         """
-        if not self.positional:
+        paths = self._named_paths(arguments)
+        if not paths:
             return self.path.resolve().parent
-        paths = [path for name in self.positional for path in _items(arguments[name])]
         return Path(paths[0]) if len(paths) == 1 else Path.cwd()
 
     def _options(self, arguments: Mapping[str, Any]) -> Any:

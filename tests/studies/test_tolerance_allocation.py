@@ -18,16 +18,8 @@ from pinned_pages import hold
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study("tolerance_allocation")
 PARTS = STUDIES / "data" / "u06_parts.toml"
-BUDGET = {"generations": 4, "population": 12, "samples": 32}
+BUDGET = {"generations": 4, "population": 12, "samples": 32, "checks": 512}
 NAMES = ("EnM x", "EnM y")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def small_campaign():
-    """Fewer draws than a study has."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(STUDY.module, "DRAWS", 512)
-        yield
 
 
 def test_the_same_sigma_costs_less(finished, summary):

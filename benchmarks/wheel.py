@@ -53,7 +53,18 @@ def main() -> None:
         venv.create(home, with_pip=True)
         scripts = home / ("Scripts" if os.name == "nt" else "bin")
         python, constraints = str(scripts / "python"), str(ROOT / "constraints.txt")
-        _run(empty, python, "-m", "pip", "install", "-q", "-c", constraints, str(wheel))
+        _run(
+            empty,
+            python,
+            "-m",
+            "pip",
+            "install",
+            "-q",
+            "--no-compile",
+            "-c",
+            constraints,
+            str(wheel),
+        )
         listed = _run(empty, str(scripts / "deboom"), "studies")
         study = ("correlation", "--group", "U06", "--designs", "16", "--resamples", "100")
         _run(empty, python, "-m", "deboom", "run", *study, "--draws", "4")

@@ -76,6 +76,7 @@ from deboom.runs.options import (
     BAND,
     AimOptions,
     Bounds,
+    Checks,
     Level,
     Seed,
     at_least,
@@ -169,13 +170,7 @@ class Options:
             callback=at_least(8, power_of_two=True),
         ),
     ] = 32
-    checks: Annotated[
-        int,
-        Option(
-            help="Number of draws of the verification, a power of two.",
-            callback=at_least(8, power_of_two=True),
-        ),
-    ] = 128
+    checks: Checks = 128
     n: Annotated[
         int,
         Option(

@@ -21,10 +21,9 @@ of the mean level by the optimum of each motion), promised_prescribed_db (as pre
 it); r_min, slope_min, slope_max (coupled over prescribed change of the same designs);
 worst_load_case, worst_load_case_change_db; sigma_bias_percent, mean_bias_db_per_line (search -
 verification); surface_difference_at_peaks_db; design_factor; held_*_share (beyond data); n_front,
-n_evaluated, n_failed, n_beyond_limits; seconds_search, seconds_both_searches. Keys of a further
-question begin with its name, and are those of its study: sensitivity_st_TSM_x_U06-1,
-correlation_r_group_min, and correlation_within_group_r_u06_5_mean for the vehicles that are
-searched for.
+n_evaluated, n_failed, n_beyond_limits; seconds_search, seconds_both_searches. Keys of the further
+questions are those of correlation and sensitivity, with sensitivity_, correlation_ or, for the
+vehicles that are searched for, correlation_within_group_ before them.
 
 Result of the demonstration with seed 1: -3.1 to -3.6 dB per line in U06-1 to U06-4, and -2.0 in
 U06-5. The thesis's figure 47 differs in two points: its fifth vehicle hardly changes, and its

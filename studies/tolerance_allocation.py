@@ -55,7 +55,7 @@ from deboom.runs.made_parts import (
     tolerance_cost,
     with_draws,
 )
-from deboom.runs.options import CostTable, FrontRun, Seed
+from deboom.runs.options import Checks, CostTable, FrontRun, Seed
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.rebuilt import supplier_study
 from deboom.runs.result import RunContext, run_name
@@ -64,10 +64,6 @@ from deboom.vehicles.platform import Platform, Runs
 
 SEARCH_DRAWS = 128
 """Draws per design of a quick search."""
-DRAWS = 8192
-"""Independent draws with which tolerances are verified."""
-
-
 TIGHTEST = 3
 """Directions that the verdict names."""
 TOLERANCE_BOUNDS = 0.05, 0.25
@@ -105,6 +101,7 @@ class Options:
     ] = False
     search: SearchOptions = SearchOptions(generations=40, population=60)
     scatter: ScatterOptions = ScatterOptions(samples=256)
+    checks: Checks = 8192
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
 
@@ -173,13 +170,13 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     report.assume(*model.assumed)
     report.summary |= _summary(sets, options)
     _allocation_section(report, sets)
-    _verification_section(report, sets)
+    _verification_section(report, sets, options.checks)
     if options.free_tolerances:
         _free_tolerances(report, model.robust, design, options)
     report.facts |= {
         "kernel": sets.index.kernel,
         "allocation_draws": options.scatter.samples,
-        "verification_draws": DRAWS,
+        "verification_draws": options.checks,
     }
     report.inputs += [*model.inputs, *((options.cost_table,) if options.cost_table else ())]
     if model.made is not None:
@@ -255,7 +252,7 @@ def _allocated(model: Model, options: Options, design: RealArray) -> _Sets:
         limits=None if limits is None else limits * index.n_lines,
         sigma=options.sigma,
         share=options.share,
-        draws=DRAWS,
+        draws=options.checks,
         seed=options.seed,
     )
     free = np.isin(allocator.names, variables_without_effect(index, space))
@@ -434,9 +431,9 @@ def _allocation_section(report: Report, sets: _Sets) -> None:
     report.table("allocation", allocation)
 
 
-def _verification_section(report: Report, sets: _Sets) -> None:
+def _verification_section(report: Report, sets: _Sets, n_draws: int) -> None:
     """List cost and scatter of each set, as chosen and as new draws show it."""
-    report.section("Verification", f"{DRAWS} new draws of the parts.")
+    report.section("Verification", f"{n_draws} new draws of the parts.")
     chosen, check = "sigma of the level, chosen with [dB]", "sigma of the level, verified [dB]"
     allocations, verified = sets.named.values(), sets.verified.values()
     verification = pd.DataFrame(

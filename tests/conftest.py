@@ -111,10 +111,11 @@ def plain_loops(monkeypatch):
 def front_run(made_once):
     """Folder of a finished run of the front study on a tiny budget, which nobody changes."""
     budget = {"generations": 2, "population": 12, "samples": 16, "checks": 128}
+    budget |= {"with_": "prescribed"}
 
     def run(out):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(Report, "figure", lambda *_, **__: None)
-            return run_study(load_study(STUDIES / "u06_robust_front.py"), out, budget)
+            return run_study(load_study(STUDIES / "front.py"), out, budget)
 
     return made_once("front", run)

@@ -37,14 +37,14 @@ def levels(motion):
     names = [f"{mount} {axis} [1]" for mount in ("EnM", "GeM", "TSM", "Du") for axis in "xyz"]
     pd.DataFrame(DESIGNS, columns=names).to_csv("designs.csv", index=False)
     few = ("--resamples", "100", "--draws", "4", "--motion", motion)
-    run = _study("fleet_correlation", "--group", "U06", "--table", "designs.csv", *few)
+    run = _study("correlation", "--group", "U06", "--table", "designs.csv", *few)
     check = _columns(run / "surface_check.csv", ["rms difference [dB]"])
     return _columns(run / "doe.csv", VEHICLES) | (check if motion == "prescribed" else {})
 
 
 def sobol_indices():
     """First order and total indices of a fixed sample, all variables of all vehicles."""
-    run = _study("u06_sensitivity", "--n", "32", "--resamples", "100", "--motion", "prescribed")
+    run = _study("sensitivity", "--n", "32", "--resamples", "100", "--motion", "prescribed")
     return _columns(run / "sobol.csv", ["first order [1]", "total [1]"])
 
 

@@ -18,12 +18,12 @@ WHOLE_PICTURES = ("study_resume",)
 PICTURES_IN_WORDS = (
     "accept",
     "compare_runs",
-    "compressor_robust_front",
+    "compressor_front",
     "driven",
-    "fleet_correlation",
+    "correlation",
     "supplier_sheet",
     "synthesis_validation",
-    "u06_sensitivity",
+    "sensitivity",
 )
 """Modules in which pictures of many runs are looked at."""
 

@@ -85,7 +85,7 @@ def live_front(vehicles=("U06-1", "U06-5", "F39-1"), draws=32):
     words = {
         "title": "Compact <b>platform",
         "run": "2026 seed 1",
-        "study": "u06_robust_front",
+        "study": "front",
         "newtons": [None, *(100.0 * k for k in range(1, 12))],
         "fullScale": FULL_SCALE,
         "seconds": 4.0,

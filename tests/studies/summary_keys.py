@@ -11,10 +11,11 @@ def described(name):
     """Return a study's docstring, with those of the studies whose keys it takes over."""
     text = ast.get_docstring(ast.parse((STUDIES / f"{name}.py").read_text(encoding="utf-8")))
     text = " ".join(text.split())
-    if "Keys of summary.json: those of" in text:
-        mentioned = [path.stem for path in STUDIES.glob("*_*.py") if path.stem != name]
-        text += " " + " ".join(described(other) for other in mentioned if other in text)
-    return text[text.index("Keys of summary.json") :]
+    keys = text[text.index("Keys of summary.json") :]
+    others = re.search(r"those of ([\w, ]+)", keys)
+    names = {path.stem for path in STUDIES.glob("*.py")} - {name}
+    mentioned = sorted(names & set(re.findall(r"\w+", others[1]))) if others else []
+    return " ".join([keys, *map(described, mentioned)])
 
 
 def undefined(keys, text):

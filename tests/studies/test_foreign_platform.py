@@ -140,13 +140,15 @@ def test_of_one_vehicle_the_platform_study_says_that_there_is_nothing_to_correla
     toml = alone / "platform.toml"
     first, second, rest = re.split(r"(?=\[\[vehicles\]\])", toml.read_text(encoding="utf-8"))
     toml.write_text(first + second + rest[rest.index("[[load_cases]]") :], encoding="utf-8")
-    study = load_study("u06_platform")
+    study = load_study("front")
     options = {key: value for key, value in BUDGET.items() if key in study.parameters}
     source = {"platform": alone, "mounts": MountSource.spectra}
     run = run_study(study, tmp_path / "results", {**options, **source})
     assert "nothing to correlate" in (run / "report.html").read_text(encoding="utf-8")
-    assert not (run / "doe.csv").exists()
-    assert "st_Roll_x_Wagon" in json.loads((run / "summary.json").read_text(encoding="utf-8"))
+    assert not (run / "correlation_doe.csv").exists()
+    assert "sensitivity_st_Roll_x_Wagon" in json.loads(
+        (run / "summary.json").read_text(encoding="utf-8")
+    )
 
 
 @pytest.mark.usefixtures("plain_loops")
@@ -158,7 +160,7 @@ def test_vehicles_called_na_and_like_a_formula_reach_every_page(folder, tmp_path
     for old, new in zip(foreign_platform_samples.VEHICLES, names, strict=True):
         text = text.replace(f'name = "{old}"', f'name = "{new}"')
     (renamed / "platform.toml").write_text(text, encoding="utf-8")
-    study = load_study(STUDIES / "u06_robust_front.py")
+    study = load_study(STUDIES / "front.py")
     options = {key: value for key, value in BUDGET.items() if key in study.parameters}
     options |= {"motion": Motion.prescribed, "platform": renamed, "mounts": MountSource.spectra}
     run = run_study(study, tmp_path / "results", options)

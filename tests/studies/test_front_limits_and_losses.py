@@ -13,9 +13,16 @@ from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.limits import NaturalFrequencies
 from pinned_pages import hold_numbers
 
-STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
+STUDY = Path(__file__).parents[2] / "studies" / "front.py"
 LIMITS = STUDY.parent / "data" / "u06_limits.toml"
-BUDGET = {"seed": 1, "generations": 5, "population": 16, "samples": 16, "checks": 64}
+BUDGET = {
+    "seed": 1,
+    "generations": 5,
+    "population": 16,
+    "samples": 16,
+    "checks": 64,
+    "with_": "prescribed",
+}
 
 
 def run(out, **changes):

@@ -54,7 +54,7 @@ def folder(tmp_path_factory):
     """Run the front study once, with loss factors and two load cases."""
     home = tmp_path_factory.mktemp("foreign")
     arguments = arguments_on(write_foreign_platform(home / "any"))
-    study = load_study("u06_robust_front")
+    study = load_study("front")
     figure = Report.figure
 
     def shown(self, stem, *words):
@@ -177,7 +177,7 @@ def test_a_saved_design_begins_a_search_and_gets_sheets(folder, tmp_path, monkey
     design = np.full(30, 0.95)
     path = saved(tmp_path, design)
     arguments = {**arguments_on(folder.parents[2] / "any"), "generations": 1, "begin": path}
-    run = run_study(load_study("u06_robust_front"), tmp_path, arguments)
+    run = run_study(load_study("front"), tmp_path, arguments)
     tried = pd.read_csv(run / "evaluated.csv")[[f"{name} [1]" for name in VARIABLES]]
     both = tried.to_numpy()[:, :, np.newaxis] == np.array([0.95, 1.05])
     assert both.all(axis=1).any(axis=0).all()
@@ -217,7 +217,7 @@ def test_another_run_lies_beside_and_one_of_other_variables_is_refused(folder, t
 
 
 def test_designs_of_an_experiment_have_a_page_of_the_same_kind(folder, tmp_path):
-    platform = load_study("fleet_correlation")
+    platform = load_study("correlation")
     options = {"platform": folder.parents[2] / "any", "mounts": MountSource.spectra, "designs": 20}
     chosen = {**options, "motion": Motion.prescribed, "resamples": 100, "draws": 2}
     run = run_study(platform, tmp_path, chosen)

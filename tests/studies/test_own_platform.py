@@ -40,7 +40,7 @@ def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(folder, monk
     budget = ("--generations", "1", "--population", "6", "--samples", "8", "--no-polish")
     budget += ("--band", "60", "70", "--checks", "64")
     options = ("--platform", folder, "--mounts", "spectra", "--out", tmp_path)
-    run = Path(call("run", "u06_robust_front", *options, *budget).stdout.splitlines()[-1])
+    run = Path(call("run", "front", *options, *budget).stdout.splitlines()[-1])
     assert '"group": []' in (run / "run.json").read_text()
     assert len(pd.read_csv(run / "front.csv")) >= 1
     said = " ".join(path.read_text(encoding="utf-8") for path in run.glob("*.csv"))

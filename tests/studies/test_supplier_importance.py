@@ -19,12 +19,12 @@ BUDGET = {"seed": 1, "n": 64, "resamples": 20, "mounts": MountSource.spectra}
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     options = {**BUDGET, "motion": Motion.prescribed}
-    return run_study(load_study("u06_sensitivity"), tmp_path_factory.mktemp("results"), options)
+    return run_study(load_study("sensitivity"), tmp_path_factory.mktemp("results"), options)
 
 
 def test_a_level_rises_by_what_the_model_says(folder):
     table = pd.read_csv(folder / "sobol.csv").set_index(["vehicle", "variable"])
-    runs = load_study("u06_sensitivity").model(BUDGET)
+    runs = load_study("sensitivity").model(BUDGET)
     model = runs.model(Motion.prescribed)
     gradient = model.gradient([[1.0] * 12])[0] / model.n_lines
     for row, vehicle in enumerate(model.response_names):

@@ -18,16 +18,8 @@ from pinned_pages import hold
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study("tolerance_allocation")
 PARTS = STUDIES / "data" / "u06_parts.toml"
-BUDGET = {"generations": 4, "population": 12, "samples": 32}
+BUDGET = {"generations": 4, "population": 12, "samples": 32, "checks": 512}
 NAMES = ("EnM x", "EnM y")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def small_campaign():
-    """Fewer draws than a study has."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(STUDY.module, "DRAWS", 512)
-        yield
 
 
 def test_the_same_sigma_costs_less(finished, summary):
@@ -58,7 +50,7 @@ def test_a_share_within_limits_is_reached_with_parts_that_have_something_in_comm
 def test_a_design_of_a_finished_run_keeps_the_runs_parts(tmp_path):
     search = {"generations": 3, "population": 12, "samples": 16, "polish": False, "checks": 64}
     budget = {**search, "parts": PARTS, "motion": Motion.prescribed}
-    run = run_study(load_study("u06_robust_front"), tmp_path, budget)
+    run = run_study(load_study("front"), tmp_path, budget)
     model = STUDY.model({"from_run": run, "point": 2})
     np.testing.assert_array_equal(model.picked, read_run(run).front.designs[1])
     assert model.robust.structure is not None
@@ -115,3 +107,20 @@ def test_a_bad_table_of_prices_is_refused(tmp_path, rows, sentence):
     path.write_text("variable,weight,reference tolerance\n" + rows)
     with pytest.raises(InputError, match=sentence):
         tolerance_cost(path, NAMES)
+
+
+def test_tolerances_may_be_variables_too(tmp_path):
+    budget = {"generations": 3, "population": 12, "motion": Motion.prescribed, "checks": 256}
+    folder = run_study(STUDY, tmp_path, {**budget, "free_tolerances": True})
+    table = pd.read_csv(folder / "free_tolerances.csv")
+    price = table["price over today's [1]"]
+    tolerances = table.filter(regex="^tolerance")
+    assert list(tolerances.columns) == [f"tolerance {m} ± [%]" for m in ("EnM", "GeM", "TSM", "Du")]
+    assert "mean level against today [dB]" in table
+    assert tolerances.min().min() >= 5.0
+    assert tolerances.max().max() <= 25.0
+    directions = np.array([3, 3, 3, 3])
+    expected = (15.0 / tolerances.to_numpy()) @ directions / directions.sum()
+    np.testing.assert_allclose(price, expected, rtol=1e-9)
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "At no higher price than today" in page

@@ -26,7 +26,7 @@ from deboom.runs.runner import study_command, study_files
 from deboom.runs.sentences import errors_as_sentences
 
 ROOT = Path(__file__).parents[2]
-STUDY = ROOT / "studies" / "u06_robust_front.py"
+STUDY = ROOT / "studies" / "front.py"
 PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"
 TINY = ["--generations", "1", "--population", "8", "--samples", "16"]
 
@@ -44,7 +44,7 @@ def test_help_starts_without_heavy_imports():
         f"print([name for name in {heavy!r} if name in sys.modules], file=sys.stderr)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "deboom run u06_platform" in done.stdout
+    assert "deboom run front" in done.stdout
     assert done.stderr.strip() == "[]"
 
 
@@ -54,7 +54,7 @@ def test_help_starts_without_heavy_imports():
         (("--version",), [f"deboom {deboom.__version__}"]),
         (("run",), ["own options"]),
         (("run", STUDY, "--help"), ["Which mount stiffnesses", "--seed", "--motion", "--out"]),
-        (("studies",), ["studies/u06_robust_front.py", "Which mount stiffnesses"]),
+        (("studies",), ["studies/front.py", "Which mount stiffnesses"]),
     ],
 )
 def test_help_teaches(arguments, words):
@@ -82,8 +82,8 @@ def test_bad_options_end_with_one_sentence_and_write_nothing(tmp_path, options, 
 @pytest.mark.parametrize(
     ("study", "options", "words"),
     [
-        ("u06_platform", ["--resamples", "20"], ["--resamples 20", "at least 100"]),
-        ("u06_platform", ["--n", "100"], ["--n 100", "64 or 128"]),
+        ("front", ["--resamples", "20"], ["--resamples 20", "at least 100"]),
+        ("front", ["--n", "100"], ["--n 100", "64 or 128"]),
         ("compressor_noise", ["--draws", "8"], ["--draws 8", "at least 20"]),
         ("mount_characterisation", ["--pieces", "0"], ["--pieces 0", "at least 1"]),
     ],
@@ -102,7 +102,7 @@ def test_missing_study_and_file_that_is_no_study(tmp_path):
     refused(("run", script), "docstring")
     script.write_text('"""A question?"""\n')
     refused(("run", script), "Options", "prepare(options)")
-    refused(("run", "u06_robust_fron"), "did you mean u06_robust_front?")
+    refused(("run", "correlatio"), "did you mean correlation?")
     refused(("run", "second_engine"), "is an example now, examples/mounts/plot_second_engine.py")
     script.write_text("def main(:\n")
     refused(("run", script), "line 1")

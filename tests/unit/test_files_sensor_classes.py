@@ -23,7 +23,8 @@ from deboom.files.check import check_folder
 from deboom.files.inertance_test import ToleranceSection, read_inertance_test
 from deboom.files.platform import read_platform
 from deboom.files.schema import values_of
-from deboom.files.sensor_classes import CLASS_DEFAULTS, completed
+from deboom.files.sensor_classes import completed
+from deboom.measurement.sensor_classes import CLASS_DEFAULTS
 from deboom.measurement.sensors import PlacementTolerances, Tolerances
 from deboom.mounts.characterise import characterise
 from deboom.mounts.characterised_mount import ASSUMED

@@ -9,7 +9,7 @@ from deboom.files.run_folder import check_files, read_run
 from deboom.runs.runner import load_study
 
 ROOT = Path(__file__).parents[2]
-EXAMPLE = ROOT / "results" / "u06_sensitivity" / "example"
+EXAMPLE = ROOT / "results" / "sensitivity" / "example"
 
 
 def test_a_clone_opens_a_finished_run_of_a_megabyte_at_most():
@@ -30,5 +30,5 @@ def test_a_clone_opens_a_finished_run_of_a_megabyte_at_most():
 
 def test_readers_are_led_to_it_and_git_keeps_it():
     for page in ("README.md", "results/README.md"):
-        assert "u06_sensitivity/example" in (ROOT / page).read_text(encoding="utf-8")
-    assert "!results/u06_sensitivity/example/" in (ROOT / ".gitignore").read_text()
+        assert "sensitivity/example" in (ROOT / page).read_text(encoding="utf-8")
+    assert "!results/sensitivity/example/" in (ROOT / ".gitignore").read_text()

@@ -420,16 +420,16 @@ def test_a_script_beside_results_is_imported_only_where_its_folder_is_named(arch
 def test_a_shipped_study_stands_before_one_of_its_name_beside_results(archive, tmp_path):
     text = SCRIPT + MARKER.format(str(tmp_path / "ran"))
     (archive / "studies").mkdir()
-    (archive / "studies" / "u06_platform.py").write_text(text)
-    shipped = study_of(run_of(archive / "a", "another text", "u06_platform"), None)
+    (archive / "studies" / "front.py").write_text(text)
+    shipped = study_of(run_of(archive / "a", "another text", "front"), None)
     assert shipped.path.resolve().parent == Path(__file__).parents[2] / "studies"
     with pytest.raises(InputError, match="imports no script that lies beside results"):
-        study_of(run_of(archive / "b", text, "u06_platform"), None)
+        study_of(run_of(archive / "b", text, "front"), None)
     assert not (tmp_path / "ran").exists()
 
 
 def test_a_run_that_was_copied_is_of_the_study_that_its_record_says(tmp_path):
-    assert run_of(tmp_path / "mail" / "attachment", SCRIPT, "u06_platform").study == "u06_platform"
+    assert run_of(tmp_path / "mail" / "attachment", SCRIPT, "front").study == "front"
     assert RunEntry(tmp_path / "old_study" / "run", {}).study == "old_study"
 
 

@@ -82,7 +82,7 @@ def test_the_guide_leads_from_an_empty_folder_to_a_front(tmp_path, monkeypatch):
             script(Path(name).stem).fill(Path(folder))
             continue
         if arguments[0] == "run":
-            if "u06_robust_front" not in line:
+            if "deboom run front" not in line:
                 continue
             study, options = ROOT / arguments[1], arguments[2:]
             arguments = ["run", str(study), *options, *shlex.split(SMALLER)]
@@ -253,7 +253,7 @@ COMMANDS = [line for block in FENCED for line in block.splitlines() if line.star
 COMMANDS = [line for line in COMMANDS if not line.startswith("deboom: ")]
 COMMANDS += "".join(blocks(text_of("for-nvh-engineers"), "sh")).splitlines()
 STUDIES = (
-    "u06_robust_front",
+    "front",
     "solution_box",
     "tolerance_allocation",
     "commonality",

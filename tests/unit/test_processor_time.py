@@ -38,10 +38,11 @@ def test_long_on_purpose():
 
 
 def test_what_takes_long_fails_unless_it_is_shared_or_marked(pytester, monkeypatch):
-    monkeypatch.setattr(processor_time, "MOST_SECONDS", 0.2)
     pytester.makeini("[pytest]\nmarkers = slow(reason): takes long")
     pytester.makepyfile(TESTS)
-    done = pytester.runpytest_inprocess("-p", "processor_time", "-p", "no:xdist")
+    with monkeypatch.context() as patch:
+        patch.setattr(processor_time, "MOST_SECONDS", 0.2)
+        done = pytester.runpytest_inprocess("-p", "processor_time", "-p", "no:xdist")
     done.assert_outcomes(passed=3, failed=1, errors=1)
     done.stdout.fnmatch_lines(["*test_long took 0.3 s of processor, 0.2 s are allowed: make it *"])
     done.stdout.fnmatch_lines(["*ERROR at setup of test_long_setup*"])

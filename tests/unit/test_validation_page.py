@@ -80,7 +80,7 @@ def test_comments_and_docstrings_are_no_code_and_all_else_is(tmp_path):
 
 def test_a_section_rests_on_what_it_imports_and_the_studies_it_names():
     names = {str(path.relative_to(validate.ROOT)) for path in validate.sources("front_study")}
-    assert {"benchmarks/claims/front_study.py", "studies/u06_robust_front.py"} <= names
+    assert {"benchmarks/claims/front_study.py", "studies/front.py"} <= names
     assert not [name for name in names if name.startswith("src/deboom/plot/")]
     assert "src/deboom/physics/sound_level.py" in names
     modules = {path.name for path in validate.sources("robust")}

@@ -9,6 +9,7 @@ import numpy as np
 
 from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
+from deboom.measurement.sensor_classes import CLASS_DEFAULTS
 from deboom.physics.rigid_body import ROTATION_ORDERS
 
 SENSOR_AXES = ("x", "y", "z")
@@ -85,6 +86,8 @@ class Impact:
 class Tolerances:
     """Standard deviations (1 σ) of everything that a bench states only approximately.
 
+    What nobody states is the default of the sensor's class.
+
     - `sensor_angle`: orientation of an accelerometer against the position sheet, per axis [rad].
     - `sensor_cross_axis`: sensitivity of an accelerometer channel to each of the other two axes
       [1]. A limit ± c of a data sheet has the standard deviation c/√3 where any value within is as
@@ -98,21 +101,21 @@ class Tolerances:
     in all its runs; noise, torque and static force differ from line to line.
     """
 
-    sensor_position: float = 0.002
-    sensor_angle: float = math.radians(0.5)
-    sensor_gain: float = 0.01
-    sensor_cross_axis: float = 0.01
-    acceleration_own: float = 0.002
-    acceleration_norm: float = 0.00015
-    acceleration_floor: float = 0.005
-    cell_gain: float = 0.005
-    force_own: float = 0.002
-    force_norm: float = 0.00015
-    force_floor: float = 0.01
-    shaker_angle: float = math.radians(0.5)
-    shaker_gain: float = 0.005
-    torque: float = 1.0
-    static_force: float = 5.0
+    sensor_position: float = CLASS_DEFAULTS["sensor_position"].value
+    sensor_angle: float = CLASS_DEFAULTS["sensor_angle"].value
+    sensor_gain: float = CLASS_DEFAULTS["sensor_gain"].value
+    sensor_cross_axis: float = CLASS_DEFAULTS["sensor_cross_axis"].value
+    acceleration_own: float = CLASS_DEFAULTS["acceleration_own"].value
+    acceleration_norm: float = CLASS_DEFAULTS["acceleration_norm"].value
+    acceleration_floor: float = CLASS_DEFAULTS["acceleration_floor"].value
+    cell_gain: float = CLASS_DEFAULTS["cell_gain"].value
+    force_own: float = CLASS_DEFAULTS["force_own"].value
+    force_norm: float = CLASS_DEFAULTS["force_norm"].value
+    force_floor: float = CLASS_DEFAULTS["force_floor"].value
+    shaker_angle: float = CLASS_DEFAULTS["shaker_angle"].value
+    shaker_gain: float = CLASS_DEFAULTS["shaker_gain"].value
+    torque: float = CLASS_DEFAULTS["torque"].value
+    static_force: float = CLASS_DEFAULTS["static_force"].value
 
 
 @checked(">0 <inf")

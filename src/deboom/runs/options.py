@@ -65,6 +65,13 @@ Level = Annotated[
 Bounds = Annotated[float, Option(help="Half width of the range of stiffness factors around 1 [1].")]
 Tolerance = Annotated[float, Option(help="Half width of the scatter of stiffness, 3 sigma [1].")]
 Draws = Annotated[int, Option(help="Number of draws of the scatter per design, a power of two.")]
+Checks = Annotated[
+    int,
+    Option(
+        help="Number of draws of the verification, a power of two.",
+        callback=at_least(8, power_of_two=True),
+    ),
+]
 FrontRun = Annotated[Path | None, Option(help="Run of a front study; default: a new quick search.")]
 CostTable = Annotated[
     Path | None, Option(help="Table with the columns variable, weight and reference tolerance.")

@@ -22,7 +22,7 @@ from deboom.files.doe_table import read_plan
 from deboom.files.run_folder import CheckpointFolder
 from deboom.progress import progress_bar
 from deboom.report import Report
-from deboom.runs.options import at_least
+from deboom.runs.options import Checks, at_least
 from deboom.runs.result import RunContext
 from deboom.vehicles.fleet_front import FleetFront, PeakRise
 
@@ -363,13 +363,7 @@ class ThoroughSearchOptions(SearchOptions):
         Path | None,
         Option(help="Designs to begin with: a file that the interactive page saved, or a table."),
     ] = None
-    checks: Annotated[
-        int,
-        Option(
-            help="Number of draws of the verification, a power of two.",
-            callback=at_least(8, power_of_two=True),
-        ),
-    ] = VERIFIED
+    checks: Checks = VERIFIED
 
     def verified(
         self,

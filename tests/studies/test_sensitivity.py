@@ -16,7 +16,7 @@ from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.platform import MountSource
 from pinned_pages import hold
 
-STUDY = load_study("u06_sensitivity")
+STUDY = load_study("sensitivity")
 BUDGET = {"seed": 1, "n": 64, "resamples": 20, "mounts": MountSource.spectra}
 LOUD = [f"U06-{number}" for number in range(1, 5)]
 PLATFORM = STUDY.path.parent / "data" / "u06_f39_f45"
@@ -32,7 +32,7 @@ def budget():
 
 
 def test_the_ranking_is_that_of_the_thesis(finished, summary):
-    hold(finished, "u06_sensitivity")
+    hold(finished, "sensitivity")
     table = pd.read_csv(finished / "sobol.csv")
     leading = {
         vehicle: list(rows.sort_values("rank")["variable"][:2])

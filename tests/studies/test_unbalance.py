@@ -16,7 +16,7 @@ from deboom.files.schema import dump_toml, load_toml
 from deboom.runs.runner import load_study
 from pinned_pages import hold, run_aloud
 
-STUDY, BUDGET = load_study("compressor_unbalance"), {}
+STUDY, BUDGET = load_study("unbalance"), {}
 LIMITS = """
 format = 1
 [static_unbalance]
@@ -44,7 +44,7 @@ def part(tmp_path_factory):
 
 
 def test_a_compressor_as_struck_is_found_by_the_measured_route(finished, summary):
-    hold(finished, "compressor_unbalance")
+    hold(finished, "unbalance")
     assert summary["u_stat_first_error_percent"] < 1.5
     assert summary["u_dyn_first_error_percent"] < 3.0
 
@@ -65,7 +65,7 @@ def test_a_part_is_judged(part, tmp_path):
     assert decision == "fail"
     run = Path(place)
     assert run.parent == tmp_path / "unbalance"
-    hold(run, "judged_compressor", like="compressor_unbalance")
+    hold(run, "judged_compressor", like="unbalance")
     book = load_workbook(run / "supplier_sheet.xlsx", read_only=True)
     assert book.sheetnames == ["verdicts", "not decided", "conditions"]
     record = json.loads((run / "run.json").read_text(encoding="utf-8"))
@@ -73,7 +73,7 @@ def test_a_part_is_judged(part, tmp_path):
     assert any("limits.toml" in name for name in record["inputs_sha256"])
 
 
-IDENTIFICATION = load_study("compressor_identification")
+IDENTIFICATION = load_study("identify")
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def test_a_compressor_is_identified(identified):
 
 
 def test_tables_say_what_is_known(identified):
-    hold(identified, "compressor_identification")
+    hold(identified, "identify")
     parameters = pd.read_csv(identified / "parameters.csv").set_index("parameter")
     score = (parameters["identified"] - parameters["truth"]) / parameters["standard deviation"]
     assert np.sqrt(np.mean(score**2)) < 2.5

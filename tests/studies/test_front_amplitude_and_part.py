@@ -17,9 +17,9 @@ from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.design_factor import Factor
 from pinned_pages import hold_numbers
 
-STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
+STUDY = Path(__file__).parents[2] / "studies" / "front.py"
 BUDGET = {"seed": 1, "generations": 1, "population": 4, "samples": 4, "checks": 16}
-BUDGET |= {"load_case": ["g6_wot160"], "polish": False}
+BUDGET |= {"load_case": ["g6_wot160"], "polish": False, "with_": "prescribed"}
 
 
 @pytest.fixture(scope="module")

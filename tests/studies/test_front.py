@@ -11,18 +11,21 @@ import pytest
 from deboom.errors import InputError
 from deboom.explore import search as search_module
 from deboom.explore import selection
+from deboom.files.former_studies import FORMER_STUDIES
 from deboom.files.platform import read_platform
 from deboom.files.run_folder import read_run
 from deboom.runs.options import Aim, Sampler
 from deboom.runs.rebuilt import rebuilt_model
-from deboom.runs.runner import load_study, run_study
+from deboom.runs.runner import load_study, run_study, study_command
+from deboom.studies.front import FurtherOptions
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import LIBRARY_FILE, MountSource
 from pinned_pages import hold, hold_numbers, pictures_described, run_aloud
 
-STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
+STUDY = Path(__file__).parents[2] / "studies" / "front.py"
 PLATFORM = STUDY.parent / "data" / "u06_f39_f45"
 BUDGET = {"seed": 1, "generations": 2, "population": 8, "samples": 16, "polish": False}
+BUDGET |= {"with_": "prescribed"}
 
 
 def run(out, **changes):
@@ -45,7 +48,7 @@ def finished(tmp_path_factory):
 
 
 def test_a_front_shows_what_it_showed(finished):
-    hold(finished, "u06_robust_front")
+    hold(finished, "front")
 
 
 def test_coupled_motion_is_at_least_as_good_as_the_prescribed_optimum(front_run):
@@ -70,30 +73,38 @@ def test_picks_keep_what_they_promise_when_verified(front_run):
     assert picks.loc["sigma-kept", "change of sigma [%]"] <= 0
 
 
-def test_as_thesis_is_prescribed_motion_with_fresh_draws(tmp_path):
-    folder = run(tmp_path, as_thesis=True)
+def test_the_thesis_searched_prescribed_motion_with_fresh_draws(tmp_path):
+    folder = run(tmp_path, motion=Motion.prescribed, sampler=Sampler.fresh)
     record = json.loads((folder / "run.json").read_text())
-    facts, arguments = record["facts"], record["arguments"]
-    assert facts["motion"] == arguments["motion"] == "prescribed"
+    facts = record["facts"]
+    assert facts["motion"] == "prescribed"
     assert "fresh" in facts["tolerance_sample"]
-    assert arguments["sampler"] == "fresh"
-    assert facts["tolerance_draws"] == arguments["samples"] == 16
+    assert facts["tolerance_draws"] == 16
     assert set(record["environment"]["packages"]) >= {"scikit-learn", "SALib", "pyDOE3"}
     assert all(record["environment"]["packages"].values())
-    for changes, message in (
-        ({"motion": Motion.coupled}, "leave --motion out"),
-        ({"sampler": Sampler.gaussian}, "leave --sampler out"),
-    ):
-        with pytest.raises(InputError, match=message):
-            run(tmp_path, as_thesis=True, **changes)
 
 
-def test_as_thesis_draws_a_hundred_where_nothing_else_is_stated():
-    study = load_study(STUDY)
-    assert study.effective({})["samples"] == 128
-    assert study.effective({"as_thesis": True})["samples"] == 100
-    again = study.effective(study.effective({"as_thesis": True}))
-    assert (again["samples"], again["sampler"]) == (100, Sampler.fresh)
+def test_a_former_name_has_its_defaults_and_says_what_went(capsys):
+    study = load_study("u06_robust_front")
+    assert study.path == STUDY
+    options = study.effective({"population": 8})
+    assert (options["with_"], options["generations"], options["population"]) == (
+        "prescribed",
+        50,
+        8,
+    )
+    study_command("u06_robust_front")
+    assert "the study u06_robust_front is front now" in capsys.readouterr().err
+    former = FORMER_STUDIES["u06_robust_front"].arguments
+    assert former({"as_thesis": True, "samples": 100})["samples"] == 100
+    with pytest.raises(InputError, match="front has no --free-tolerances: .*tolerance_allocation"):
+        former({"free_tolerances": True})
+
+
+def test_a_further_question_that_there_is_not_is_refused():
+    with pytest.raises(InputError, match="--with correlation,price: price is no question; write"):
+        FurtherOptions("correlation,price").questions
+    assert FurtherOptions("none").questions == frozenset()
 
 
 @pytest.mark.parametrize("group", [["all"], ["F39", "U06"]])
@@ -186,22 +197,6 @@ def test_lines_that_no_surface_knows_are_refused_or_measured_by_choice(tmp_path)
     folder = run(tmp_path, **small, mounts=MountSource.library_inside)
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "TSM x (1 of 241 lines are outside)" in page
-
-
-def test_tolerances_may_be_variables_too(tmp_path):
-    folder = run(tmp_path, free_tolerances=True)
-    table = pd.read_csv(folder / "free_tolerances.csv")
-    price = table["price over today's [1]"]
-    tolerances = table.filter(regex="^tolerance")
-    assert list(tolerances.columns) == [f"tolerance {m} ± [%]" for m in ("EnM", "GeM", "TSM", "Du")]
-    assert "mean level against today [dB]" in table
-    assert tolerances.min().min() >= 5.0
-    assert tolerances.max().max() <= 25.0
-    directions = np.array([3, 3, 3, 3])
-    expected = (15.0 / tolerances.to_numpy()) @ directions / directions.sum()
-    np.testing.assert_allclose(price, expected, rtol=1e-9)
-    page = (folder / "report.html").read_text(encoding="utf-8")
-    assert "At no higher price than today" in page
 
 
 def test_the_answer_is_two_pages_of_paper(finished, browser, tmp_path):

@@ -19,7 +19,7 @@ GROUP = {"group": ["U06"]}
 
 
 def run(out, **changes):
-    return run_study(load_study("fleet_correlation"), out, {**BUDGET, **changes})
+    return run_study(load_study("correlation"), out, {**BUDGET, **changes})
 
 
 def summary_of(folder):
@@ -32,7 +32,7 @@ def vehicles(tmp_path_factory):
 
 
 def test_groups_go_together_and_all_vehicles_are_compared(tmp_path):
-    hold(run(tmp_path), "fleet_correlation")
+    hold(run(tmp_path), "correlation")
 
 
 def test_the_battery_sets_one_vehicle_apart(vehicles):

@@ -1,4 +1,4 @@
-"""The platform study at a tiny budget, through the same command as a user."""
+"""The front study with its further questions at a tiny budget, through the same command as a user."""
 
 import json
 from dataclasses import replace
@@ -16,7 +16,7 @@ from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import MountSource
 
-STUDY = load_study("u06_platform")
+STUDY = load_study("front")
 SEARCH = {"seed": 1, "generations": 3, "population": 8, "samples": 8, "polish": False, "checks": 64}
 SEARCH |= {"mounts": MountSource.spectra, "motion": Motion.prescribed}
 BUDGET = {**SEARCH, "doe": 32, "draws": 4, "n": 8, "resamples": 100}
@@ -35,15 +35,15 @@ def runs():
     return PlatformOptions(group=None, mounts=MountSource.spectra).runs()
 
 
-def test_one_run_says_what_the_four_studies_say(summary):
-    assert summary["r_group_min"] == pytest.approx(0.98, abs=0.02)
-    assert summary["r_u06_1_4_min"] > 0.95
-    assert 0.2 < summary["r_u06_5_mean"] < 0.8
-    assert summary["st_TSM_x_U06-1"] > 0.5
-    assert summary["st_Du_y_U06-1"] == 0.0
-    assert summary["n_designs"] == 32
+def test_numbers_of_a_further_question_begin_with_its_name(summary):
+    assert summary["correlation_r_group_min"] == pytest.approx(0.98, abs=0.02)
+    assert summary["correlation_within_group_r_u06_1_4_min"] > 0.95
+    assert 0.2 < summary["correlation_within_group_r_u06_5_mean"] < 0.8
+    assert summary["sensitivity_st_TSM_x_U06-1"] > 0.5
+    assert summary["sensitivity_st_Du_y_U06-1"] == 0.0
+    assert summary["correlation_n_designs"] == 32
     assert summary["n_evaluated"] == 24
-    assert (summary["n_failed"], summary["doe_n_failed"]) == (0, 0)
+    assert (summary["n_failed"], summary["correlation_n_failed"]) == (0, 0)
 
 
 def test_the_front_is_that_of_the_front_study(finished, tmp_path):
@@ -72,7 +72,7 @@ def test_two_processes_write_the_same_tables(finished, tmp_path, monkeypatch):
 
 
 def test_the_vehicles_of_the_group_hear_the_same_model_as_the_fleet(finished, runs):
-    doe = pd.read_csv(finished / "doe.csv", keep_default_na=False)
+    doe = pd.read_csv(finished / "correlation_doe.csv", keep_default_na=False)
     index = replace(runs, fleet=runs.fleet.group("U06")).model(Motion.prescribed)
     designs = doe[[f"{name} [1]" for name in index.variable_names]].to_numpy()
     heard = doe[[f"{name} [dB(A)]" for name in index.response_names]].to_numpy()

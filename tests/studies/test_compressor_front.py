@@ -17,7 +17,7 @@ from deboom.runs.runner import load_study, run_study
 from deboom.supplier.sources import page_text, workbook_text
 from pinned_pages import hold, run_aloud
 
-STUDY = load_study("compressor_robust_front")
+STUDY = load_study("compressor_front")
 MODULE = STUDY.module
 TINY = {"population": 8, "samples": 8, "checks": 32, "n": 16, "line_step": 20.0}
 TINY |= {"hoses": MODULE.Hoses.identified}
@@ -57,7 +57,7 @@ def test_runs_get_a_verdict_in_any_order(runs, tmp_path, monkeypatch):
 
 
 def test_the_cars_become_quieter_by_the_exact_model_too(finished, summary):
-    hold(finished, "compressor_robust_front")
+    hold(finished, "compressor_front")
     assert summary["exact_mean_change_db"] == pytest.approx(summary["mean_change_db"], abs=0.3)
     assert summary["travel_ratio"] <= 1.2
 
@@ -102,7 +102,7 @@ def test_an_anonymous_german_sheet_of_a_compressor_names_no_car_run_or_level(fin
     book = (tmp_path / "supplier_sheet_mounts_anonymous.xlsx").read_bytes()
     told = page_text(html) + workbook_text(book)
     cars = [f"EV-{number}" for number in range(1, 6)]
-    for secret in (*cars, finished.name, "compressor_robust_front", "dB(A)", "deboom report"):
+    for secret in (*cars, finished.name, "compressor_front", "dB(A)", "deboom report"):
         assert secret not in told
     assert all(word in told for word in ("Kompressorlager", "bevorzugt", "ISO 10846-2"))
     refused(("report", finished, "--supplier", "--mount", "EnM"), "no mount 'EnM': use mounts")

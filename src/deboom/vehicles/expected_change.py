@@ -1,0 +1,514 @@
+"""Expected change of the level in cars, with an interval: draws of what nobody measured.
+
+A model predicts the change by picks from what was measured. A car differs from it: data err, its
+body gives way, its rubber is warmer or older than in the test, and stiffnesses follow amplitudes.
+A draw measures again, draws a body that agrees with what is known of it, and rubber, and solves
+powertrain, wheel ends and body with today's parts and with the picks. Priors and width factors
+stand in `deboom.vehicles.change_prior`.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.arrays import BoolArray, ComplexArray, RealArray
+from deboom.errors import InputError
+from deboom.explore.space import checked_designs
+from deboom.measurement.uncertainty import complex_normals
+from deboom.mounts.mount import Mount
+from deboom.physics.sound_level import spl
+from deboom.vehicles import change_prior as prior
+from deboom.vehicles.booming_model import BoomingModel, Motion
+from deboom.vehicles.coupled_motion import CoupledMotion, FlexibleMotion, spring_shares, vars_of
+from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.fleet import Fleet, Vehicle, paths_into, relative_noise
+
+SHARE = 0.9
+"""Probability that an interval states [1]."""
+
+LINE_STEP = 2
+"""Draws are solved on every second line; what the others change is the model's."""
+
+
+class Information(Enum):
+    """What is known of the bodies at their mounts."""
+
+    unknown = "bodies unknown"
+    driving_points = "driving points"
+    receptances = "receptances"
+
+
+N_DRAWS = {Information.unknown: 160, Information.driving_points: 48, Information.receptances: 48}
+"""Draws of bodies and rubber [1]: an unknown body is the same one for all vehicles and cheap."""
+
+
+@dataclass(frozen=True, eq=False)
+class Interval:
+    """Expected change, and bounds that hold it with probability `SHARE`, alike in shape [dB]."""
+
+    expected: RealArray
+    low: RealArray
+    high: RealArray
+
+
+@dataclass(frozen=True, eq=False)
+class ExpectedChange:
+    """Where the change of the level against today's parts is expected.
+
+    - `information`: what was known of the bodies.
+    - `cars`: mean level over the lines, in each vehicle by each pick, (n, v) [dB].
+    - `mean`, `worst`: mean of the vehicles, and the vehicle that gains least, (n,) [dB].
+    - `peaks`: loudest line of the first load case, in each vehicle, (n, v) [dB]. Without
+      receptances its expected value says little: state the bounds alone.
+    """
+
+    information: Information
+    cars: Interval
+    mean: Interval
+    worst: Interval
+    peaks: Interval
+
+
+@dataclass(frozen=True, eq=False)
+class ChangeDraws:
+    """Changes against today's parts: of the model and of every draw.
+
+    - `predicted` (n, v), `drawn` (d, n, v): mean level over the lines [dB].
+    - `predicted_peak`, `drawn_peak`: loudest line of the first load case, likewise [dB].
+    """
+
+    information: Information
+    predicted: RealArray
+    drawn: RealArray
+    predicted_peak: RealArray
+    drawn_peak: RealArray
+
+
+def why_unexpected(model: BoomingModel) -> str:
+    """Say why nothing is expected of a model's change; empty where something is."""
+    if model.motion is Motion.prescribed:
+        return (
+            "no expected change, because the powertrain's motion is prescribed: a car answers "
+            "other stiffnesses with another motion; search with coupled motion"
+        )
+    if model.motion is Motion.amplitude or model.factor is Factor.part:
+        return (
+            "no expected change, because it was judged with factors of the dynamic stiffness in "
+            "coupled motion alone: search with these"
+        )
+    return ""
+
+
+def expected_change(
+    model: BoomingModel,
+    again: Sequence[BoomingModel],
+    fleet: Fleet,
+    mounts: Sequence[Mount],
+    picks: npt.ArrayLike,
+    *,
+    information: Information | None = None,
+    weights: RealArray | None = None,
+    seed: int = 1,
+) -> ExpectedChange:
+    """State the expected change by picks, in each vehicle, in their mean and in the worst.
+
+    Parameters
+    ----------
+    model : BoomingModel
+        Coupled motion of the data as measured, with factors of the dynamic stiffness.
+    again : sequence of BoomingModel
+        The same of the data measured again, see `deboom.vehicles.uncertain_data`.
+    fleet : Fleet
+        The model's vehicles, with the receptances of their bodies or without.
+    mounts : sequence of Mount
+        Mounts of the platform.
+    picks : array_like, shape (n, k)
+        Designs; today's parts have all factors 1 [1].
+    information : Information, optional
+        What of the bodies is used; by default receptances where there are any.
+    weights : array, shape (v,), optional
+        Of the vehicles in the mean [1]; by default all alike.
+    seed : int
+        Of the draws, from 1: the same seed gives the same numbers.
+
+    Raises
+    ------
+    InputError
+        A model of which nothing is expected, see `why_unexpected`; no vehicle has a receptance, and
+        driving points or receptances are asked for; no model of data measured again.
+
+    Notes
+    -----
+    ``(diag(1/(x k K (A/A₀)^-s)) + Y_S + Y_B) g = u_free`` with today's and new factors x, rubber k,
+    slope s of the stiffness over the amplitude A, receptances Y_S of powertrain and wheel ends and
+    Y_B of the body. The expected change is a weighted sum of the model's change and the mean of the
+    draws; the interval reaches from there as far as their 5 and 95 % quantiles from their mean,
+    times a width factor (split conformal prediction on tuning platforms of the bench's families).
+    """
+    draws = change_draws(model, again, fleet, mounts, picks, information=information, seed=seed)
+    return stated(draws, weights)
+
+
+def stated(draws: ChangeDraws, weights: RealArray | None = None) -> ExpectedChange:
+    """State intervals of draws, with the centres and width factors of the prior."""
+    key = draws.information.name
+    of_model = fleet_statistics(draws.predicted, weights)
+    of_draws = fleet_statistics(draws.drawn, weights)
+    return ExpectedChange(
+        information=draws.information,
+        cars=interval(draws.predicted, draws.drawn, prior.CENTRE[key], prior.WIDTH[key]),
+        mean=interval(of_model[0], of_draws[0], prior.CENTRE[key], prior.MEAN_WIDTH[key]),
+        worst=interval(of_model[1], of_draws[1], prior.CENTRE[key], prior.WORST_WIDTH[key]),
+        peaks=interval(draws.predicted_peak, draws.drawn_peak, prior.PEAK_CENTRE, prior.PEAK_WIDTH),
+    )
+
+
+def fleet_statistics(
+    changes: RealArray, weights: RealArray | None = None
+) -> tuple[RealArray, RealArray]:
+    """Return mean and largest of changes (..., v) over the vehicles, (...) each [dB]."""
+    return np.average(changes, axis=-1, weights=weights), changes.max(axis=-1)
+
+
+def interval(
+    predicted: RealArray, drawn: RealArray, centre: tuple[float, float], width: float
+) -> Interval:
+    """Return the interval of changes (...) from draws (d, ...) [dB], see `expected_change`."""
+    middle = drawn.mean(axis=0)
+    low, high = np.quantile(drawn, [0.5 - SHARE / 2.0, 0.5 + SHARE / 2.0], axis=0)
+    expected = centre[0] * predicted + centre[1] * middle
+    below, above = np.hypot(middle - low, prior.FLOOR), np.hypot(high - middle, prior.FLOOR)
+    return Interval(expected, expected - width * below, expected + width * above)
+
+
+def change_draws(
+    model: BoomingModel,
+    again: Sequence[BoomingModel],
+    fleet: Fleet,
+    mounts: Sequence[Mount],
+    picks: npt.ArrayLike,
+    *,
+    information: Information | None = None,
+    seed: int = 1,
+) -> ChangeDraws:
+    """Draw changes by picks; parameters and errors as of `expected_change`."""
+    if reason := why_unexpected(model):
+        raise InputError(reason)
+    if not again:
+        raise InputError("an expected change needs data measured again: draw some")
+    told = [vehicle.receptance is not None for vehicle in fleet.vehicles]
+    information = information or (Information.receptances if all(told) else Information.unknown)
+    if information is not Information.unknown and not all(told):
+        raise InputError(
+            f"{information.value} are asked for, and {told.count(False)} vehicles have none: "
+            "measure them in all vehicles, or take the bodies as unknown"
+        )
+    rows = checked_designs(np.atleast_2d(np.asarray(picks, dtype=float)), model.variable_names)
+    designs = np.vstack([np.ones((1, rows.shape[1])), rows])
+    lines = np.arange(0, model.n_lines, LINE_STEP)
+    bodies = _Bodies.of(fleet, mounts, model.frequency[lines], information)
+    measured = [
+        [
+            _Case.of(case.at_lines(lines), designs, model)
+            for case in other.cases
+            if isinstance(case, CoupledMotion)
+        ]
+        for other in again
+    ]
+    of_model = [model.levels(designs, name) for name in model.load_case_names]
+    predicted = _changes(of_model, model.weights)
+    on_fewer = _changes([levels[..., lines] for levels in of_model], model.weights)
+    drawn = []
+    for number in range(N_DRAWS[information]):
+        generator = np.random.default_rng([seed, zlib.crc32(b"expected change"), number])
+        body, rubber = bodies.draw(generator), _Rubber.draw(generator, mounts)
+        levels = [case.levels(body, rubber) for case in measured[number % len(measured)]]
+        drawn.append(_changes(levels, model.weights))
+    mean, peak = np.moveaxis(np.array(drawn) + (predicted - on_fewer), 1, 0)
+    return ChangeDraws(information, predicted[0], mean, predicted[1], peak)
+
+
+def _changes(levels: Sequence[RealArray], weights: Sequence[float]) -> RealArray:
+    """Return changes against the first design of levels (n, v, f) by load case, (2, n - 1, v) [dB].
+
+    Of the weighted mean level, and of the loudest line of the first load case.
+    """
+    pairs = zip(weights, levels, strict=True)
+    mean = np.sum([weight * each.mean(axis=-1) for weight, each in pairs], axis=0)
+    both = np.stack([mean, levels[0].max(axis=-1)])
+    return np.asarray(both[:, 1:] - both[:, :1])
+
+
+@dataclass(frozen=True, eq=False)
+class _Rubber:
+    """Rubber of one draw: `factor` on stiffness and `slope` over amplitude, by mount [1]."""
+
+    factor: dict[str, float]
+    slope: dict[str, float]
+
+    @classmethod
+    def draw(cls, generator: np.random.Generator, mounts: Sequence[Mount]) -> _Rubber:
+        """Draw a factor that is common to all mounts, and what each has for itself."""
+        names = [mount.name for mount in mounts]
+        common = prior.RUBBER_TEST * generator.standard_normal()
+        factor = np.exp(common + prior.RUBBER_MOUNT * generator.standard_normal(len(names)))
+        slope = log_uniform(generator, prior.SLOPE)
+        slope = slope * np.exp(prior.SLOPE_SPREAD * generator.standard_normal(len(names)))
+        return cls(
+            dict(zip(names, factor.tolist(), strict=True)),
+            dict(zip(names, slope.tolist(), strict=True)),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Case:
+    """Coupled motion of one load case on some lines, ready to stand on any body.
+
+    - `motion`: one spring per direction, body at rest.
+    - `springs` (n, f, s): stiffness of every design [N/m].
+    - `amplitude` (f, s): of the measured motion [m].
+    - `mounts`: mount of each spring.
+    """
+
+    motion: FlexibleMotion
+    springs: ComplexArray
+    amplitude: RealArray
+    mounts: tuple[str, ...]
+
+    @classmethod
+    def of(cls, case: CoupledMotion, designs: RealArray, model: BoomingModel) -> _Case:
+        """Take the motion of a model's case, and join elastic and lossy springs of a direction."""
+        bodies, springs, first = [], [], 0
+        if model.loss_factors:
+            stiffness, loss = np.split(designs, 2, axis=1)
+            designs = np.hstack([stiffness, stiffness * loss])
+        of_designs = case.springs(designs)
+        for body in case.bodies:
+            n = body.variables.size
+            own = of_designs[..., first : first + n]
+            first += n
+            if model.loss_factors:
+                n //= 2
+                own = own[..., :n] + own[..., n:]
+                body = replace(
+                    body,
+                    forward=body.forward[:n],
+                    stiffness=body.stiffness[:, :n] + body.stiffness[:, n:],
+                    variables=body.variables[:n],
+                    transfer=body.transfer[..., :n],
+                )
+            bodies.append(body)
+            springs.append(own)
+        rigid = CoupledMotion(**vars_of(case) | {"bodies": tuple(bodies)})
+        shape = (len(case.vehicle_names), case.frequency.size, *[rigid.variables.size] * 2)
+        motion = FlexibleMotion(**vars_of(rigid), receptance=np.zeros(shape, dtype=complex))
+        names = tuple(case.variable_names[k].rpartition(" ")[0] for k in rigid.variables)
+        return cls(motion, np.concatenate(springs, axis=-1), rigid.nominal_amplitude, names)
+
+    def levels(self, bodies: ComplexArray, rubber: _Rubber) -> RealArray:
+        """Return the levels of the designs on drawn bodies.
+
+        - `bodies` (b, f, s, s): one for all vehicles, or one each [m/N].
+        - returns (n, v, f) [dB(A)].
+        """
+        motion = self.motion
+        factor = np.array([rubber.factor[mount] for mount in self.mounts])
+        slope = np.array([rubber.slope[mount] for mount in self.mounts])
+        compliance = np.moveaxis(1.0 / (factor * self.springs), -1, 0)
+        rest = np.moveaxis(motion.source + bodies, (2, 3), (0, 1))
+        nominal, slopes = self.amplitude.T[:, np.newaxis], slope[:, np.newaxis, np.newaxis]
+        pressure = np.empty((len(self.springs), *motion.transfer.shape[:2]), dtype=complex)
+        for number in range(len(bodies)):
+            force = _forces(rest[:, :, number], motion.free.T, compliance)
+            # a stiffness that falls with the amplitude
+            reached = np.abs(force * compliance) / nominal
+            softer = np.clip(reached**slopes, *SOFTENING)
+            force = _forces(rest[:, :, number], motion.free.T, compliance * softer)
+            at = slice(None) if len(bodies) == 1 else slice(number, number + 1)
+            pressure[:, at] = np.einsum("snf,vfs->nvf", force, motion.transfer[at])
+        return spl(pressure, motion.frequency, axis=-1)
+
+
+SOFTENING = (0.3, 3.0)
+"""Bounds of a compliance over that at the measured amplitude [1]: those of rubber."""
+
+
+def _forces(rest: ComplexArray, free: ComplexArray, compliance: ComplexArray) -> ComplexArray:
+    """Solve ``(diag(c) + Y) g = u`` for all designs and lines side by side.
+
+    - `rest` (s, s, f): symmetric Y [m/N]; `free` (s, f): u [m]; `compliance` (s, n, f): c [m/N].
+    - returns (s, n, f): g [N].
+
+    Elimination without pivoting: springs with losses keep the pivots away from zero. Each step is
+    one operation over all designs and lines; many small matrices in turn take six times as long.
+    """
+    n = len(rest)
+    matrix = np.repeat(rest[:, :, np.newaxis], compliance.shape[1], axis=2)
+    matrix[np.arange(n), np.arange(n)] += compliance
+    force = np.repeat(free[:, np.newaxis], compliance.shape[1], axis=1)
+    inverse = np.empty_like(compliance)
+    for k in range(n):
+        inverse[k] = 1.0 / matrix[k, k]
+        column = matrix[k + 1 :, k]
+        share = column * inverse[k]
+        matrix[k + 1 :, k + 1 :] -= share[:, np.newaxis] * column
+        force[k + 1 :] -= share * force[k]
+    for k in reversed(range(n)):
+        known = (matrix[k + 1 :, k] * force[k + 1 :]).sum(axis=0)
+        force[k] = (force[k] - known) * inverse[k]
+    return force
+
+
+@dataclass(frozen=True, eq=False)
+class _Bodies:
+    """Bodies of the vehicles as far as they are known.
+
+    - `frequency` (f,): lines of the draws [Hz].
+    - `share` (s, p): parts of the force of every spring that enter the paths, see `spring_shares`.
+    - `lateral` (p,): paths along y. `pieces` (p,): pieces of a mount that share a path [1].
+    - `receptance` (v, f, p, p): as measured, None where unknown [m/N]; `noise` (v,): relative [1].
+    """
+
+    information: Information
+    frequency: RealArray
+    share: RealArray
+    lateral: BoolArray
+    pieces: RealArray
+    receptance: ComplexArray | None
+    noise: RealArray
+
+    @classmethod
+    def of(
+        cls,
+        fleet: Fleet,
+        mounts: Sequence[Mount],
+        frequency: RealArray,
+        information: Information,
+    ) -> _Bodies:
+        """Take what is known of a fleet's bodies on some lines."""
+        paths = paths_into(mounts, fleet.vehicles[0].noise_transfer.inputs)
+        receptance, noise = None, np.zeros(len(fleet.vehicles))
+        if information is not Information.unknown:
+            measured = [_on_lines(vehicle, list(paths), frequency) for vehicle in fleet.vehicles]
+            receptance = np.stack([values for values, _ in measured])
+            noise = np.array([of_pairs for _, of_pairs in measured])
+            if information is Information.driving_points:
+                noise = np.array([_noise_of_lines(vehicle) for vehicle in fleet.vehicles])
+        return cls(
+            information=information,
+            frequency=frequency,
+            share=spring_shares(mounts, list(paths)),
+            lateral=np.array([path.endswith(" y") for path in paths]),
+            pieces=np.array([len(channels) for _, channels in paths.values()], dtype=float),
+            receptance=receptance,
+            noise=noise,
+        )
+
+    def draw(self, generator: np.random.Generator) -> ComplexArray:
+        """Draw receptances at the springs, (b, f, s, s): one body for all, or one each [m/N]."""
+        if self.receptance is None:
+            paths = self._unknown(generator)[np.newaxis]
+        elif self.information is Information.driving_points:
+            unknown = self._unknown(generator)
+            paths = np.stack(
+                [
+                    _with_driving_points(unknown, _noisy(each, noise, generator))
+                    for each, noise in zip(self._driving_points, self.noise, strict=True)
+                ]
+            )
+        else:
+            # noise of a mean of two functions; both of a pair have the same
+            drawn = [
+                _noisy(each, noise / np.sqrt(2.0), generator)
+                for each, noise in zip(self.receptance, self.noise, strict=True)
+            ]
+            paths = np.stack([np.tril(y) + np.tril(y, -1).swapaxes(1, 2) for y in drawn])
+        return np.asarray(self.share @ paths @ self.share.T)
+
+    @property
+    def _driving_points(self) -> ComplexArray:
+        assert self.receptance is not None
+        return self.receptance.diagonal(axis1=2, axis2=3)
+
+    def _unknown(self, generator: np.random.Generator) -> ComplexArray:
+        """Draw the receptance of a body between its paths from the prior, (f, p, p) [m/N]."""
+        n_path, n_mode = (
+            len(self.pieces),
+            int(generator.integers(prior.MODES[0], prior.MODES[1] + 1)),
+        )
+        ends = generator.uniform(*prior.LOWEST), generator.uniform(*prior.HIGHEST)
+        natural = 2.0 * np.pi * log_uniform(generator, ends, n_mode)
+        damping = log_uniform(generator, prior.DAMPING, n_mode)
+        sizes = log_uniform(generator, prior.SHAPE) * np.exp(
+            prior.SHAPE_SPREAD * generator.standard_normal(n_mode)
+        )
+        shapes = sizes[:, np.newaxis] * generator.standard_normal((n_mode, n_path))
+        shapes[:, self.lateral] *= generator.uniform(*prior.LATERAL)
+        stiffness = log_uniform(generator, prior.ATTACHMENT) * np.exp(
+            prior.ATTACHMENT_SPREAD * generator.standard_normal(n_path)
+        )
+        omega = 2.0 * np.pi * self.frequency[:, np.newaxis]
+        answer = 1.0 / (natural**2 - omega**2 + 2j * damping * natural * omega)
+        modal = (shapes.T * answer[:, np.newaxis]) @ shapes
+        return np.asarray(modal + np.diag(1.0 / (self.pieces * stiffness)))
+
+
+def _with_driving_points(body: ComplexArray, measured: ComplexArray) -> ComplexArray:
+    """Scale a body (f, p, p) line by line to measured driving points (f, p) [m/N].
+
+    ``Y_ij √(Y'_ii/Y_ii) √(Y'_jj/Y_jj)``, no larger than ``√|Y'_ii Y'_jj|``: what passes from point
+    to point never exceeds what the points themselves do.
+    """
+    scale = np.sqrt(measured / body.diagonal(axis1=1, axis2=2))
+    scaled = scale[:, :, np.newaxis] * body * scale[:, np.newaxis]
+    root = np.sqrt(np.abs(measured))
+    bound = root[:, :, np.newaxis] * root[:, np.newaxis]
+    return np.asarray(scaled * np.minimum(1.0, bound / np.maximum(np.abs(scaled), 1e-300)))
+
+
+def _noisy(values: ComplexArray, noise: float, generator: np.random.Generator) -> ComplexArray:
+    return values * (1.0 + noise * complex_normals(values.shape, generator))
+
+
+def _on_lines(
+    vehicle: Vehicle, paths: list[str], frequency: RealArray
+) -> tuple[ComplexArray, float]:
+    """Return a vehicle's receptance on some lines, its reciprocal part, and its relative noise."""
+    assert vehicle.receptance is not None
+    frf = vehicle.receptance.select(outputs=paths, inputs=paths)
+    at = np.flatnonzero(np.isin(frf.frequency, frequency))
+    if at.size != frequency.size:
+        raise InputError(
+            f"vehicle {vehicle.name}: its receptance has other lines than the model: bring both to "
+            "the same lines"
+        )
+    values = frf.values[at]
+    return (values + values.swapaxes(1, 2)) / 2.0, relative_noise(frf.values)
+
+
+def _noise_of_lines(vehicle: Vehicle) -> float:
+    """Estimate the noise of driving points over their size from what differs line by line [1].
+
+    Second differences over the lines; their median stands resonances.
+    """
+    assert vehicle.receptance is not None
+    paths = list(vehicle.receptance.inputs)
+    points = vehicle.receptance.select(outputs=paths).values.diagonal(axis1=1, axis2=2)
+    if len(points) < 3:
+        return 0.0
+    bent = np.abs(points[2:] - 2.0 * points[1:-1] + points[:-2]) ** 2 / np.abs(points[1:-1]) ** 2
+    return float(np.sqrt(np.median(bent) / (6.0 * np.log(2.0))))
+
+
+def log_uniform(
+    generator: np.random.Generator, bounds: tuple[float, float], size: int | None = None
+) -> RealArray:
+    """Draw numbers whose logarithms are uniform between bounds, one or (size,)."""
+    low, high = np.log(bounds)
+    return np.asarray(np.exp(generator.uniform(low, high, size)))

@@ -259,7 +259,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     if Question.correlation in questions and Question.correlation not in parts:
         report.section("Correlation", ALONE)
     report_parts(report, model.made)
-    report_runs(report, model.everyone)
+    report_runs(report, model.everyone if Question.correlation in questions else runs)
     return report
 
 

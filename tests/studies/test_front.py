@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from deboom.studies.front import FurtherOptions
 
 from deboom.errors import InputError
 from deboom.explore import search as search_module
@@ -17,7 +18,6 @@ from deboom.files.run_folder import read_run
 from deboom.runs.options import Aim, Sampler
 from deboom.runs.rebuilt import rebuilt_model
 from deboom.runs.runner import load_study, run_study, study_command
-from deboom.studies.front import FurtherOptions
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import LIBRARY_FILE, MountSource
 from pinned_pages import hold, hold_numbers, pictures_described, run_aloud
@@ -97,13 +97,13 @@ def test_a_former_name_has_its_defaults_and_says_what_went(capsys):
     assert "the study u06_robust_front is front now" in capsys.readouterr().err
     former = FORMER_STUDIES["u06_robust_front"].arguments
     assert former({"as_thesis": True, "samples": 100})["samples"] == 100
-    with pytest.raises(InputError, match="front has no --free-tolerances: .*tolerance_allocation"):
+    with pytest.raises(InputError, match=r"front has no --free-tolerances: .*tolerance_allocation"):
         former({"free_tolerances": True})
 
 
 def test_a_further_question_that_there_is_not_is_refused():
     with pytest.raises(InputError, match="--with correlation,price: price is no question; write"):
-        FurtherOptions("correlation,price").questions
+        run("nowhere", with_="correlation,price")
     assert FurtherOptions("none").questions == frozenset()
 
 

@@ -1,4 +1,4 @@
-"""The front study with its further questions at a tiny budget, through the same command as a user."""
+"""The front study with its further questions at a tiny budget."""
 
 import json
 from dataclasses import replace

@@ -243,13 +243,15 @@ def _of_other_turns(
 def _coordinate(times: RealArray, *, whole: bool) -> tuple[RealArray, RealArray, BoolArray]:
     """Pitches from the first pulse, width of each step, and False for each double pulse.
 
-    Steps that are nearly whole, or with `whole` all, are made whole, so that nothing adds up
-    between odd ones. A step that makes a pitch with the one behind it belongs to a double pulse.
+    Steps that are nearly one pitch become one, so that nothing adds up between odd ones; with
+    `whole` all become whole. Others keep their width: a seam that lies at the edge of what counts
+    as a whole number of pitches would have another width in every turn. A step that makes a pitch
+    with the one behind it belongs to a double pulse.
     """
     step = np.diff(times)
     step = step / median_filter(step, size=WINDOW, mode="mirror")
     nearest = np.maximum(np.rint(step), 1.0)
-    made = np.where(whole | (np.abs(step - nearest) < ODD_STEP), nearest, step)
+    made = np.where(whole | (np.abs(step - 1) < ODD_STEP), nearest, step)
     counted, alone, k = np.zeros(times.size), np.ones(times.size, dtype=bool), 0
     while k < step.size:
         length, pulses = made[k], 1

@@ -29,8 +29,9 @@ LEAST_CHANCE = 0.01
 """Number of patterns that damage at random would make, below which a pattern is believed."""
 MOST_PERIODS, MOST_STARTS = 24, 8
 """Periods, and marks to begin with, that are tried."""
-CLEARLY_MORE = 0.75
-"""Share of its marks that a shorter period has of those of a longer one, and is preferred."""
+CLEARLY_MORE, BY_LUCK = 0.75, 0.05
+"""Share of its marks that a shorter period has of those of a longer one, and is preferred; chance
+that the longer one has as many as it has, were the shorter one right, above which it is too."""
 WINDOW = 9
 """Intervals over which a shaft's speed is compared with itself."""
 ODD_STEP = 0.2
@@ -53,6 +54,8 @@ LEAST_SEAM = 0.03
 """Pitches by which a joint without odd step must differ to be corrected."""
 CLEAR = 5.0
 """Standard deviations of the other steps by which such a joint stands out."""
+IN_EVERY_TURN = 3.0
+"""Standard deviations of its own step from turn to turn by which it does."""
 TRIMMED = 0.1
 """Share of the turns left out at each end: damaged steps. Half orders of the shaft alternate from
 turn to turn, so that a median would take the one or the other."""
@@ -123,10 +126,10 @@ def learn_pattern(times: RealArray, pulses_per_revolution: int, name: str) -> Wh
     coordinate, width, _ = _coordinate(times, whole=False)
     places = _marked_places(coordinate, width)
     if places is None:
-        return _unmarked(times, pulses_per_revolution, name)
-    steps, _ = _steps(times, places)
+        return _folded(times, pulses_per_revolution, name)
+    steps, _, _ = _steps(times, places)
     if not np.all(steps > 0):
-        return _unmarked(times, pulses_per_revolution, name)
+        return _folded(times, pulses_per_revolution, name)
     widths = steps / np.median(steps)
     n_place, whole = steps.size, np.maximum(1, np.rint(widths)).astype(int)
     odd = np.abs(widths - 1) > ODD_STEP
@@ -148,6 +151,10 @@ def learn_pattern(times: RealArray, pulses_per_revolution: int, name: str) -> Wh
         )
         return note
     if stated != n_place:
+        # a seam at the edge of what counts as a mark shows as one in some turns only
+        folded = _folded(times, stated, name)
+        if isinstance(folded, WheelPattern):
+            return folded
         return _of_other_turns(n_place, n_pitch, stated, seen, is_wheel, name)
     if places.n_turns < LEAST_REVOLUTIONS:
         raise InputError(
@@ -160,8 +167,8 @@ def learn_pattern(times: RealArray, pulses_per_revolution: int, name: str) -> Wh
     return _evened(times, places, correction, note)
 
 
-def _unmarked(times: RealArray, stated: int, name: str) -> WheelPattern | str:
-    """Fold by the stated number where no mark comes back: uneven pitches may still tell."""
+def _folded(times: RealArray, stated: int, name: str) -> WheelPattern | str:
+    """Fold by the stated number where no mark shows it: a small seam or uneven pitches may."""
     coordinate, width, alone = _coordinate(times, whole=True)
     n_turns = int(coordinate[-1] // stated)
     unknown = (
@@ -181,7 +188,7 @@ def _unmarked(times: RealArray, stated: int, name: str) -> WheelPattern | str:
         float(stated),
         n_turns,
     )
-    steps, error = _steps(times, places)
+    steps, error, scatter = _steps(times, places)
     if not np.all(steps > 0):
         return unknown
     odd = np.zeros(stated, dtype=bool)
@@ -190,11 +197,12 @@ def _unmarked(times: RealArray, stated: int, name: str) -> WheelPattern | str:
     odd[joint] = True
     fitted, excess, rest = _seams(steps, odd)
     share = float(excess[joint] / fitted)
-    if abs(share) > max(LEAST_SEAM, CLEAR * rest) and abs(excess[joint]) > CLEAR * error[joint]:
+    # a seam that is there in every second turn only, of a tape of twice the stripes, scatters
+    least = max(CLEAR * error[joint], IN_EVERY_TURN * scatter[joint])
+    if abs(share) > max(LEAST_SEAM, CLEAR * rest) and abs(excess[joint]) > least:
         note = _seam_note(name, stated, 1 + share, n_turns, rest)
         return _evened(times, places, _correction(fitted, excess), note)
-    scatter = float(np.sqrt(np.mean(error**2)) / pitch)
-    if uneven > max(VISIBLE, CLEAR * scatter):
+    if uneven > max(VISIBLE, CLEAR * float(np.sqrt(np.mean(error**2)) / pitch)):
         return (
             f"{name}: {stated} pulses per revolution confirmed: pitches that differ by "
             f"{100 * uneven:.2g} % rms come back with the revolution"
@@ -327,6 +335,8 @@ def _starts(
                 hits >= max(LEAST_MARKS, RECURRING * turns)
                 and chance < LEAST_CHANCE
                 and CLEARLY_MORE * share > most
+                # of all turns, a few in which nothing hid the mark have a larger share by luck
+                and binom.sf(hits - 1, max(turns, hits), most) < BY_LUCK
             ):
                 best, most = (begin, period, hits), share
     return best
@@ -381,10 +391,11 @@ def _present(pitch: RealArray, turn: IntArray) -> RealArray:
     return np.array([float(np.median(group)) for group in groups if group.size >= least])
 
 
-def _steps(times: RealArray, places: _Places) -> tuple[RealArray, RealArray]:
+def _steps(times: RealArray, places: _Places) -> tuple[RealArray, RealArray, RealArray]:
     """Angle of the step from each place to the next, and of the last to the first, sum 1.
 
-    The trimmed mean over the turns of their durations times the mean speed; its standard error.
+    The trimmed mean over the turns of their durations times the mean speed; its standard error;
+    half of the range that holds two thirds of the turns.
     """
     n_place = places.pitches.size
     at = np.flatnonzero(places.place >= 0)
@@ -401,12 +412,15 @@ def _steps(times: RealArray, places: _Places) -> tuple[RealArray, RealArray]:
     angle, from_place = angle[consecutive], from_place[consecutive]
     samples = [angle[from_place == place] for place in range(n_place)]
     if min(each.size for each in samples) == 0:
-        return np.full(n_place, np.nan), np.full(n_place, np.nan)
+        nothing = np.full(n_place, np.nan)
+        return nothing, nothing, nothing
     shares = np.array([trim_mean(each, TRIMMED) for each in samples])
     # the median of unsigned normal deviations is 1/1.4826 of their standard deviation
     spread = [1.4826 * np.median(np.abs(each - np.median(each))) for each in samples]
     error = np.array(spread) / np.sqrt([each.size for each in samples])
-    return np.asarray(shares / shares.sum()), np.asarray(error / shares.sum())
+    scatter = np.array([np.ptp(np.quantile(each, [1 / 6, 5 / 6])) / 2 for each in samples])
+    total = shares.sum()
+    return np.asarray(shares / total), np.asarray(error / total), np.asarray(scatter / total)
 
 
 def _seams(steps: RealArray, odd: BoolArray) -> tuple[float, RealArray, float]:

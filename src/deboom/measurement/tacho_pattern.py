@@ -56,6 +56,13 @@ CLEAR = 5.0
 """Standard deviations of the other steps by which such a joint stands out."""
 IN_EVERY_TURN = 3.0
 """Standard deviations of its own step from turn to turn by which it does."""
+CHANGED_SPEED = 1.02
+"""Ratio of the speeds of a record from which uneven pitches are told from samples."""
+MOST_STRIPES = 240
+"""Longest period that is looked for in uneven pitches [pulses]."""
+ALIKE, ONE_HARMONIC, MOSTLY = 0.8, 0.5, 0.9
+"""Correlation of both halves of a record from which uneven pitches come back; share of one harmonic
+from which they are an order of the shaft; share that a shorter period must have of all."""
 TRIMMED = 0.1
 """Share of the turns left out at each end: damaged steps. Half orders of the shaft alternate from
 turn to turn, so that a median would take the one or the other."""
@@ -142,12 +149,21 @@ def learn_pattern(times: RealArray, pulses_per_revolution: int, name: str) -> Wh
     is_wheel = n_pitch > n_place and bool(
         np.all(np.abs(1 + excess[odd] / fitted - whole[odd]) < WHOLE_GAP) and uneven < EVEN_TEETH
     )
-    if stated == n_place and is_wheel:
-        raise _contradicted(name, stated, seen, n_pitch, "; missing teeth count as well")
+    if is_wheel and stated % n_place == 0 and stated % n_pitch and stated <= MOST_TURNS * n_place:
+        n_gap = stated // n_place
+        several = f" where the wheel has {n_gap} equal gaps, {n_pitch} where it has one"
+        raise _contradicted(
+            name,
+            stated,
+            seen,
+            n_gap * n_pitch,
+            f"{several if n_gap > 1 else ''}; missing teeth count as well",
+        )
     if stated == n_pitch and n_pitch > n_place:
         note = (
             f"{name}: {stated} pulses per revolution confirmed: {seen}, {places.n_turns} times, as "
-            f"of {n_pitch} pitches with {n_pitch - n_place} missing"
+            f"of {n_pitch} pitches with {n_pitch - n_place} missing; not checked is that the "
+            f"wheel has one such gap: with 2 equal gaps it has {2 * n_pitch}"
         )
         return note
     if stated != n_place:
@@ -175,6 +191,15 @@ def _folded(times: RealArray, stated: int, name: str) -> WheelPattern | str:
         f"{name}: no gap or seam comes back with the revolution: the stated {stated} pulses per "
         "revolution cannot be checked with the tacho"
     )
+    other = _rough_period(times, coordinate, width)
+    seen = f"pitches that differ come back after every {other} pulses"
+    if other == 2 * stated:
+        return (
+            f"{name}: WARNING, {seen}, in every second revolution: right where half orders of an "
+            f"engine do so; else state {other}"
+        )
+    if other not in (0, stated):
+        raise _contradicted(name, stated, seen, other)
     if stated < LEAST_SLOTS:
         return unknown
     if n_turns < LEAST_REVOLUTIONS:
@@ -202,12 +227,53 @@ def _folded(times: RealArray, stated: int, name: str) -> WheelPattern | str:
     if abs(share) > max(LEAST_SEAM, CLEAR * rest) and abs(excess[joint]) > least:
         note = _seam_note(name, stated, 1 + share, n_turns, rest)
         return _evened(times, places, _correction(fitted, excess), note)
-    if uneven > max(VISIBLE, CLEAR * float(np.sqrt(np.mean(error**2)) / pitch)):
+    if other and uneven > max(VISIBLE, CLEAR * float(np.sqrt(np.mean(error**2)) / pitch)):
         return (
             f"{name}: {stated} pulses per revolution confirmed: pitches that differ by "
             f"{100 * uneven:.2g} % rms come back with the revolution"
         )
     return unknown
+
+
+def _rough_period(times: RealArray, coordinate: RealArray, width: RealArray) -> int:
+    """Pulses after which uneven pitches come back, 0 where none do.
+
+    The first half of the record tells the second the same; low harmonics are left out, for a shaft
+    that turns unevenly has these, and so is one harmonic that outweighs the others. Of a shaft that
+    keeps its speed nothing is told: there, samples that do not fall on the pulses come back too.
+    """
+    usual = median_filter(np.diff(times), size=4 * WINDOW + 1, mode="mirror")
+    low, high = np.quantile(usual, [0.05, 0.95])
+    if high < CHANGED_SPEED * low:
+        return 0
+    count = np.rint(coordinate).astype(int)
+    uneven = np.full(count[-1], np.nan)
+    single = (np.diff(count) == 1) & (np.abs(width - 1) < ODD_STEP)
+    uneven[count[:-1][single]] = width[single] - 1
+    longest, largest, power = 0, VISIBLE, np.zeros(0)
+    for period in range(LEAST_SLOTS, 1 + min(MOST_STRIPES, uneven.size // LEAST_REVOLUTIONS)):
+        n_turn = uneven.size // period
+        turns = np.ma.masked_invalid(uneven[: n_turn * period].reshape(n_turn, period))
+        halves = [part.mean(axis=0) for part in np.array_split(turns, 2)]
+        if any(np.ma.count_masked(half) for half in halves):
+            continue
+        harmonics = np.fft.rfft(np.array(halves), axis=1)
+        harmonics[:, : 1 + min(4, period // LEAST_SLOTS)] = 0
+        first, second = np.sum(np.abs(harmonics) ** 2, axis=1)
+        size = np.sqrt(2 * min(first, second)) / period
+        if size <= largest:
+            continue
+        together = np.abs(harmonics.mean(axis=0)) ** 2
+        alike = np.real(np.vdot(*harmonics)) / np.sqrt(first * second)
+        n_free = 2 * np.count_nonzero(together)
+        least = max(ALIKE, np.tanh(CLEAR / np.sqrt(max(n_free - 3, 1))))
+        if alike > least:
+            longest, largest, power = period, size, together
+    if power.size == 0 or power.max() > ONE_HARMONIC * power.sum():
+        return 0
+    # what comes back several times within the period has harmonics of that multiple alone
+    several = [k for k in range(1, 1 + longest // LEAST_SLOTS) if longest % k == 0]
+    return min(longest // k for k in several if power[::k].sum() > MOSTLY * power.sum())
 
 
 def _refuse_single_seam(width: RealArray, n_turns: float, name: str) -> None:

@@ -191,7 +191,8 @@ def test_a_seam_at_the_edge_of_whole_pitches_has_one_width_in_every_turn(stripes
 
 def test_tapes_of_any_seam_are_right_or_refused():
     """A sample of the claim."""
-    errors = [speed_error(tape, 100 + k) for k, tape in enumerate(draw_tapes(16))]
+    tapes = [tape for tape in draw_tapes(16) if not tape.like_teeth]
+    errors = [speed_error(tape, 100 + k) for k, tape in enumerate(tapes)]
     right = [error for error in errors if error is not None]
     assert len(right) >= 0.85 * len(errors)
     assert max(right) < 0.5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import unicodedata
 from collections.abc import Iterator, Sequence
 from functools import cache
@@ -107,8 +108,9 @@ def path_inside(folder: Path, name: str) -> Path:
         leads out of the folder.
     """
     if not is_inside(name):
-        raise InputError(f"'{name}' is not a file name within {folder}: use / between its parts")
+        raise InputError(f"{name!r} is not a file name within {folder}: use / between its parts")
     path = folder / name
-    if not path.resolve().is_relative_to(folder.resolve()):
-        raise InputError(f"{path} is a link out of {folder}: copy the file there")
+    # of links in a circle `Path.resolve` makes a RuntimeError until Python 3.12
+    if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
+        raise InputError(f"{path} is a link out of {folder}: put what it leads to in its place")
     return path

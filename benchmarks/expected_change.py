@@ -385,10 +385,9 @@ def figures_of(data: Records, state: Callable[[Records], Judged]) -> dict[str, f
 
 def spread(data: Records, state: Callable[[Records], Judged]) -> tuple[float, ...]:
     """Return the 90 % bootstrap intervals of the share held and of the bias [%]."""
-    both = [
-        resampled(data, lambda drawn: figures_of(drawn, state)[name]) for name in ("held", "bias")
-    ]
-    return tuple(float(each) for each in np.quantile(both, [0.05, 0.95], axis=1).T.ravel())
+    held = resampled(data, lambda drawn: figures_of(drawn, state)["held"])
+    bias = resampled(data, lambda drawn: figures_of(drawn, state)["bias"])
+    return tuple(float(each) for each in np.quantile([held, bias], [0.05, 0.95], axis=1).T.ravel())
 
 
 def in_force(state: Information, statistic: str, *, peak: bool) -> Callable[[Records], Judged]:

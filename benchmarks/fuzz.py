@@ -1,7 +1,9 @@
 """Break every kind of input that deboom reads, and see that it answers with a sentence.
 
 ``python benchmarks/fuzz.py --seconds 600`` (``make fuzz``). Each case is a small valid folder with
-one or two things broken, read in a process of its own with 60 s of processor and 2 GB. It ends as
+one or two things broken, read in a process of its own with 60 s of processor and 2 GB. Cases of the
+kind ``valid files`` are 25 files of other programs instead, with features of their formats drawn by
+chance and nothing broken. A case ends as
 
 - sentence: refused with an `InputError`; accepted: read without complaint;
 - traceback, hang, crash, half-written: a fault of deboom, printed with the seed that repeats it.
@@ -43,6 +45,8 @@ from deboom.errors import InputError
 LARGEST_MEMORY, LONGEST, LONGEST_SENTENCE = 2 * 2**30, 60.0, 2000
 LONGEST_WAIT = 10 * LONGEST  # by the clock: other work on the machine is no fault of a reader
 FAULTS = ("traceback", "hang", "crash", "half-written")
+DRAWN, DRAWN_FILES = "valid files", 25
+"""Kind whose files are drawn anew for every case, and how many there are in one."""
 NAMES = ("", " ", "$x$", "<b>", '"', "'", ";", "../..", "a\0b", "=1+1", "ü", "x" * 100_000, "nan")
 PATHS = (
     "../../../../X",
@@ -323,6 +327,15 @@ def _search(folder: Path) -> None:
         store.keep(generation, {"designs": np.ones((3, 2)), "failed": np.zeros(3)})
 
 
+def _read_valid_files(folder: Path) -> None:
+    from valid_files import read
+
+    for path in sorted(folder.glob("[0-9]*")):
+        if path.suffix not in (".csv", ".tdms_index"):
+            with contextlib.suppress(InputError):
+                read(path)
+
+
 PARTS = "u06_parts.toml"
 SPACE = deboom.DesignSpace(("EnM x", "mass"), ("1", "kg"), [1, 3], [0.8, 2], [1.2, 5], [0, 0])
 KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
@@ -374,10 +387,11 @@ KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
     "mount on a rig": (_rig, reader("files.mount_rig:read_mount_rig")),
     "component": (_component, _read_component),
     "search": (_search, _read_search),
+    DRAWN: (lambda folder: folder.mkdir(), _read_valid_files),
     "front": (_front, command("listen", "@", "--seconds", "1", "--out", "@.out")),
 }
 SELDOM = dict.fromkeys(("orders", "electric car", "hammer test", "delivery", "component"), 8)
-SELDOM |= {"platform": 2, "operation": 4, "front": 6}
+SELDOM |= {"platform": 2, "operation": 4, "front": 6, DRAWN: 8}
 """Kinds whose cases take long come only every so many rounds."""
 OUTPUTS = ("index.html", "new.db", "again.uff", "campaign.toml")
 """Files that a command may write."""
@@ -671,6 +685,24 @@ def _child(read: Callable[[Path], object], folder: Path, said: Path) -> None:
         os._exit(code)
 
 
+def _broken_twice(case: Path, chance: random.Random) -> str:
+    return " and ".join(broken(case, chance) for _ in range(chance.choice((1, 1, 1, 2))))
+
+
+def _drawn(case: Path, chance: random.Random) -> str:
+    """Write valid files in a process of its own: their libraries keep some of them open."""
+    seeds = [chance.getrandbits(32) for _ in range(DRAWN_FILES)]
+    child = os.fork()
+    if child == 0:
+        from valid_files import write
+
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            write(case, seeds)
+        os._exit(0)
+    os.waitpid(child, 0)
+    return f"files of {seeds}"
+
+
 def rounds(kinds: list[str]) -> Iterator[tuple[str, int]]:
     """Yield kind after kind, round after round, those that take long only in their turns."""
     for turn in itertools.count(1):
@@ -707,9 +739,12 @@ def main() -> int:
                 shutil.rmtree(case)
             chance = random.Random(f"{arguments.seed} {kind} {turn}")
             shutil.copytree(good, case)
-            done = " and ".join(broken(case, chance) for _ in range(chance.choice((1, 1, 1, 2))))
+            if kind == DRAWN:
+                done, files = _drawn(case, chance), DRAWN_FILES
+            else:
+                done, files = _broken_twice(case, chance), 1
             kind_of_end, text = outcome(KINDS[kind][1], case)
-            counts[kind, kind_of_end] += 1
+            counts[kind, kind_of_end] += files
             if kind_of_end in FAULTS:
                 print(f"{kind_of_end}: {kind}, round {turn}: {done}\n{text}", flush=True)
             shutil.rmtree(case)

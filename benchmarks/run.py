@@ -12,6 +12,7 @@ from types import ModuleType
 
 import numpy as np
 
+import default_runs
 import end_to_end
 import kernels
 import live_page
@@ -22,6 +23,7 @@ TABLES: tuple[ModuleType, ...] = (
     end_to_end,
     live_page,
     two_workers,
+    default_runs,
 )
 
 

@@ -203,7 +203,7 @@ class Options:
 class Model:
     """Levels of the vehicles under scattering parts, and what mounts must keep.
 
-    - `everyone`: all vehicles of the platform; `runs`: those that are searched for.
+    - `everyone`: all vehicles of the questions; `runs`: those that are searched for.
     """
 
     everyone: Runs
@@ -216,7 +216,10 @@ class Model:
 
 def prepare(options: Options) -> Model:
     """Read the platform and build its model."""
-    everyone = replace(options.platform, group=None).runs()
+    platform = options.platform
+    if Question.correlation in options.further.questions:
+        platform = replace(platform, group=None)
+    everyone = platform.runs()
     runs = replace(everyone, fleet=options.platform.served(everyone.fleet))
     index = options.motion.model(runs, loss_factors=options.loss_factors)
     made = options.scatter.made(index.variable_names)
@@ -259,7 +262,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     if Question.correlation in questions and Question.correlation not in parts:
         report.section("Correlation", ALONE)
     report_parts(report, model.made)
-    report_runs(report, model.everyone if Question.correlation in questions else runs)
+    report_runs(report, model.everyone)
     return report
 
 

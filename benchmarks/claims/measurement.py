@@ -6,6 +6,11 @@ One fault per set-up: a reversed channel, two swapped axes, or a sensor 10 mm of
 err by 1 mm, 1° and 1 % (1 σ) in every sensor. Seeds from 1 upwards. Blows pass the steep filters of
 analyzers (`tests/samples/filtered_hits.py`): what rings there is no second hit; one of 5 % or more
 follows 50 samples later or anywhere in the block.
+
+Zebra tapes: seam of 0.3 to 3.5 pitches, 8 to 180 stripes that differ by up to 5 %, jitter of a
+pulse of up to 1 % of a pitch, four runs of 4 s (`tests/samples/zebra_tapes.py`). The error is
+that of seams that lie beyond 3 σ of 2 or 3 whole pitches, where missing teeth look alike; refused
+are shares of all.
 """
 
 from __future__ import annotations
@@ -20,15 +25,18 @@ from deboom.measurement.sensors import Tolerances
 from deboom.measurement.virtual_point import sensor_geometry, virtual_point
 from samples.filtered_hits import blows
 from samples.hammer_test import CAREFUL, EXACT, draw_fault, draw_hammer_test, measure
+from samples.zebra_tapes import draw_tapes, speed_error
 
 GROSS = (Fault.SIGN, Fault.AXES)
 KINDS = (*GROSS, Fault.OFFSET)
 N_TESTS = 100
+N_TAPES = 512
 
 
 def claims() -> list[Claim]:
     return [
         _blows(),
+        *_tapes(),
         *_sheets("exact sheets", EXACT, KINDS),
         *_sheets("careful sheets", CAREFUL, GROSS),
     ]
@@ -48,6 +56,23 @@ def _blows() -> Claim:
         [shares[0], 100 - shares[1]],
         1,
     )
+
+
+def _tapes() -> list[Claim]:
+    """Follow the speed of shafts by tapes whose seam has any width."""
+    tapes = draw_tapes(N_TAPES)
+    errors = [speed_error(tape, seed) for seed, tape in enumerate(tapes, start=1)]
+    refused = 100 * float(np.mean([error is None for error in errors]))
+    right = max(
+        error
+        for error, tape in zip(errors, tapes, strict=True)
+        if error is not None and not tape.like_teeth
+    )
+    words = f"zebra tapes, {N_TAPES} of any seam"
+    return [
+        at_most(f"{words}: largest error of the speed where not refused [%]", 0.5, right, 2),
+        at_most(f"{words}: refused [%]", 15, refused, 1),
+    ]
 
 
 def _sheets(words: str, errors: Tolerances, sure: tuple[Fault, ...]) -> list[Claim]:

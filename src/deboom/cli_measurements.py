@@ -173,6 +173,8 @@ def import_rig(
     with open_library(library, create=True) as opened:
         opened.add([rig.campaign], [rig.mount], replace=replace)
     typer.echo(_described(rig.mount))
+    for warning in rig.warnings:
+        typer.echo(f"WARNING: {warning}")
 
 
 @library_app.command()

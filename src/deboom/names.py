@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import unicodedata
 from collections.abc import Iterator, Sequence
+from functools import cache
 from pathlib import Path, PurePosixPath
 
 from deboom.errors import InputError
@@ -14,11 +16,13 @@ _FORBIDDEN = '"*,/:<>?\\|'
 """No file name may hold them on Windows, and no cell of a CSV table a comma."""
 _DEVICES = {"con", "prn", "aux", "nul", "conin$", "conout$"}
 _DEVICES |= {f"{port}{number}" for port in ("com", "lpt") for number in "123456789¹²³"}
-# Cyrillic and Greek letters that are drawn like Latin ones, and what is mistaken by hand
-_DRAWN_ALIKE = str.maketrans(
-    "АВЕЅІЈКМНОРСТХУаеоѕіјрсухΑΒΕΖΗΙΚΜΝΟΡΤΥΧνορχ0Il|‐‑‒–—−_",
-    "ABESIJKMHOPCTXYaeosijpcyxABEZHIKMNOPTYXvopxO111-------",
+_UNSEEN = (
+    "\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0"  # the blank of Braille is one by its picture
+    "\u180b\u180c\u180d\u180f"
+    + "".join(map(chr, (*range(0xFE00, 0xFE10), *range(0xE0100, 0xE01F0))))
 )
+"""Default_Ignorable_Code_Point of Unicode 16, of which Python says that they can be printed."""
+_TYPED_ALIKE = str.maketrans("_—", "--")
 
 
 def name_fault(name: str) -> str:
@@ -29,6 +33,9 @@ def name_fault(name: str) -> str:
     if not name or any(c.isspace() or not c.isprintable() or c in _FORBIDDEN for c in name):
         marks = " ".join(_FORBIDDEN)
         return f"a name needs at least one character, no blanks, no controls and none of {marks}"
+    unseen = next((c for c in name if c in _UNSEEN), "")
+    if unseen:
+        return f"a name is seen as it is: take the invisible U+{ord(unseen):04X} out"
     if len(name) > LONGEST_NAME:
         return f"a name has at most {LONGEST_NAME} characters, not {len(name)}"
     if not unicodedata.is_normalized("NFC", name):
@@ -49,13 +56,32 @@ def look_alikes(what: str, names: Sequence[str]) -> Iterator[str]:
     first: dict[str, str] = {}
     for name in dict.fromkeys(names):
         plain = unicodedata.normalize("NFKC", name)
-        keys = {plain.casefold(), plain.translate(_DRAWN_ALIKE)}
+        keys = {plain.casefold(), _skeleton(plain)}
         twin = next((first[key] for key in sorted(keys) if key in first), None)
         if twin is not None:
             difference = "in capitals only" if twin.casefold() == name.casefold() else "hardly"
             yield f"{what} '{name}' beside '{twin}' differs {difference}: keep or rename one"
         for key in keys:
             first.setdefault(key, name)
+
+
+def _skeleton(name: str) -> str:
+    """Return a text that names have in common which are drawn alike [UTS #39, section 4]."""
+    letters = unicodedata.normalize("NFD", name.translate(_TYPED_ALIKE))
+    return unicodedata.normalize("NFD", "".join(map(_drawn_as, letters)))
+
+
+@cache
+def _drawn_as(letter: str) -> str:
+    """Return one of the texts that a letter is drawn like; the longest, such as rn for m."""
+    from confusable_homoglyphs.confusables import confusables_data  # 40 ms
+
+    alike, new = {letter}, [letter]
+    while new:
+        pairs = confusables_data.get(new.pop(), ())
+        new += {pair["c"] for pair in pairs} - alike
+        alike.update(new)
+    return min(alike, key=lambda text: (-len(text), text))
 
 
 def is_inside(name: str) -> bool:
@@ -82,8 +108,9 @@ def path_inside(folder: Path, name: str) -> Path:
         leads out of the folder.
     """
     if not is_inside(name):
-        raise InputError(f"'{name}' is not a file name within {folder}: use / between its parts")
+        raise InputError(f"{name!r} is not a file name within {folder}: use / between its parts")
     path = folder / name
-    if not path.resolve().is_relative_to(folder.resolve()):
-        raise InputError(f"{path} is a link out of {folder}: copy the file there")
+    # of links in a circle `Path.resolve` makes a RuntimeError until Python 3.12
+    if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
+        raise InputError(f"{path} is a link out of {folder}: put what it leads to in its place")
     return path

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from acceptance_samples import acceptance_box, variable
+from scipy.stats import norm
 
 from command_line import call, refused
 from deboom.errors import InputError
@@ -388,3 +389,48 @@ def test_a_missing_or_broken_file_is_refused(tmp_path):
     broken.write_text("{", encoding="utf-8")
     with pytest.raises(InputError, match="not JSON"):
         read_solution_box(broken)
+
+
+def batches_of(factors):
+    parts = [
+        DeliveredPart(f"B{k}/{n}", f"B{k}", "TSM", {"x": 2e5 * factor})
+        for k, batch in enumerate(factors)
+        for n, factor in enumerate(batch)
+    ]
+    return judged_delivery(Demand.of_box(box_of()), parts, None, 0.0, seed=1)
+
+
+def test_batches_that_drift_through_the_interval_are_named_with_their_ppk():
+    """Each batch alone shows a Cpk above 3 or is far from one end only."""
+    within = 0.002 * norm.ppf((np.arange(20) + 0.5) / 20)
+    delivery = batches_of([mean + within for mean in np.linspace(0.83, 0.97, 5)])
+    (process,) = delivery.processes
+    assert process.smallest_within > 3
+    everything = np.concatenate([mean + within for mean in np.linspace(0.83, 0.97, 5)])
+    ppk = (1.0 - everything.mean()) / (3 * everything.std(ddof=1))
+    assert process.overall.cpk == pytest.approx(ppk)
+    assert ppk < 1
+    assert process.drift == pytest.approx(0.035 / 0.9)
+    assert "TSM x drifts by +3.9 % from batch to batch over 5 batches: Ppk" in process.words("en")
+    page = supplier_verdict(delivery, "en", "2026-11-28").html()
+    assert "TSM x drifts by +3.9 %" in page
+    assert "all 5 batches (Pp, Ppk)" in page
+
+
+def test_batches_that_are_alike_do_not_drift():
+    random = np.random.default_rng(1)
+    delivery = batches_of([0.9 + 0.01 * random.standard_normal(20) for _ in range(5)])
+    assert [process.words("en") for process in delivery.processes] == [""]
+
+
+def test_two_cavities_contradict_the_normal_law_that_shares_rest_on():
+    """A normal law has 7 % outside of an interval that two tight cavities keep."""
+    cavity = 0.004 * norm.ppf((np.arange(20) + 0.5) / 20)
+    (batch,) = batches_of([np.concatenate([0.845 + cavity, 0.955 + cavity])]).batches
+    assert batch.capabilities["x"].expected_outside > 0.05
+    assert not batch.capabilities["x"].normal
+    assert batch.verdict is PartVerdict.undecided
+    assert "x: the parts contradict the normal law" in batch.reason()
+    alone = batches_of([0.845 + cavity, 0.955 + cavity]).batches
+    assert all(each.capabilities["x"].normal for each in alone)
+    assert [each.verdict for each in alone] == [PartVerdict.passed] * 2

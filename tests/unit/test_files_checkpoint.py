@@ -17,7 +17,7 @@ def test_facts_and_evaluations_come_back_as_they_were(tmp_path):
     assert store.load() is None
     assert store.kept(1) is None
     assert list(tmp_path.iterdir()) == []  # asking makes nothing
-    facts = {"seed": 2**70 + 1, "variables": ["Größe x"]}
+    facts = {"seed": 2**70 + 1, "variables": ["Größe x"], "seconds": 0.1}
     store.save({})
     store.save(facts)
     arrays = {"designs": np.array([[0.1, np.nan, -0.0]]), "failed": np.array([True])}
@@ -63,15 +63,48 @@ def test_a_pipe_in_place_of_evaluations_is_refused(tmp_path):
 
 def test_an_interrupted_write_leaves_the_facts_before(tmp_path, monkeypatch):
     store = CheckpointFolder(tmp_path / "search", INPUTS)
-    store.save({"n": 1})
+    facts = {"variables": ["x"], "seconds": 1.0}
+    store.save(facts)
 
     def full(path, data):
         raise InputError("disk full")
 
     monkeypatch.setattr(run_folder, "replace_bytes", full)
     with pytest.raises(InputError, match="disk full"):
-        store.save({"n": 2})
-    assert store.load() == {"n": 1}
+        store.save({**facts, "seconds": 2.0})
+    assert store.load() == facts
+
+
+def test_facts_without_what_a_search_needs_and_rows_without_designs_are_refused(tmp_path):
+    store = CheckpointFolder(tmp_path / "search", INPUTS)
+    for facts in ({}, {"variables": "x", "seconds": 1.0}, {"variables": ["x"], "seconds": -1}):
+        store.save(facts)
+        with pytest.raises(InputError, match=r"search\.json: key .* is damaged, start a new run"):
+            store.load()
+    (tmp_path / "search" / "search.json").write_text('{"variables": ["\\ud800"], "seconds": 1}')
+    with pytest.raises(InputError, match=r"search\.json holds an endless number or half a letter"):
+        store.load()
+    for arrays in (
+        {"failed": np.zeros(2)},
+        {"designs": np.zeros(2)},
+        {"designs": np.zeros((2, 1)), "failed": np.zeros(3)},
+        {"designs": np.zeros((2, 1)), "failed": np.zeros(())},
+    ):
+        store.keep(1, arrays)
+        with pytest.raises(InputError, match=r"000001\.npz has no row for each design"):
+            store.kept(1)
+
+
+def test_no_link_leads_a_search_elsewhere(tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    store = CheckpointFolder(tmp_path / "search", INPUTS)
+    store.save({})
+    (tmp_path / "search" / "evaluations").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(InputError, match="is a link out of"):
+        store.keep(1, {"designs": np.zeros((1, 2))})
+    with pytest.raises(InputError, match="is a link out of"):
+        store.kept(1)
+    assert list((tmp_path / "elsewhere").iterdir()) == []
 
 
 @pytest.mark.parametrize(

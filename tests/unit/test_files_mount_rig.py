@@ -131,3 +131,59 @@ def test_rigs_that_do_not_fit(tmp_path):
     words = ("library", "rig", tmp_path / "one.db", alone, "--table", tmp_path / "k.csv")
     assert "do not excite all three axes" in call(*words, code=2).stderr
     assert not (tmp_path / "one.db").exists()
+
+
+FLANGE = 1.2
+
+
+def write_flanged(folder, side, stated):
+    """Put a flange of 1.2 kg between specimen and force cells."""
+    write_rig(folder, "direct", axes="z")
+    table = pd.read_csv(folder / "z_0.csv")
+    moved, sign = ("input", 1) if side == "input" else ("output", -1)
+    for part in ("real", "imag"):
+        table[f"force z {part} [N]"] += sign * FLANGE * table[f"{moved} z {part} [m/s^2]"]
+    table.to_csv(folder / "z_0.csv", index=False)
+    keys = f'force_side = "{side}"\n' + (f"flange_mass_kg = {FLANGE}\n" if stated else "")
+    text = (folder / "rig.toml").read_text(encoding="utf-8")
+    (folder / "rig.toml").write_text(text.replace("[[runs]]", keys + "[[runs]]", 1), "utf-8")
+    return folder
+
+
+@pytest.mark.parametrize("side", ["input", "output"])
+def test_a_flange_beside_the_force_cells_is_taken_off(tmp_path, side):
+    plain = read_mount_rig(write_rig(tmp_path / "plain", "direct", axes="z"))
+    rig = read_mount_rig(write_flanged(tmp_path / "rig", side, stated=True))
+    expected = plain.stiffness[0].stiffness[:, 2, 2]
+    assert np.allclose(rig.stiffness[0].stiffness[:, 2, 2], expected, rtol=1e-9)
+    assert rig.warnings == ()
+
+
+def test_a_flange_that_is_not_stated_is_named_with_its_mass(tmp_path):
+    """Re K was 0 at 93 Hz and negative beyond, with all lines valid."""
+    folder = write_flanged(tmp_path / "rig", "input", stated=False)
+    rig = read_mount_rig(folder)
+    assert "Re K along z falls with ω² as by 1" in rig.warnings[0]
+    assert "flange_mass_kg" in rig.warnings[0]
+    seen = dict(rig.mount.quality)["mass seen in Re K along z [kg]"]
+    # rubber that stiffens with frequency hides a part of the mass
+    assert 0.7 * FLANGE < seen < 1.05 * FLANGE
+    printed = call("library", "rig", tmp_path / "one.db", folder).stdout
+    assert "WARNING: z, 0 N: Re K along z falls" in " ".join(printed.split())
+
+
+def test_flanges_that_do_not_fit_the_method(tmp_path):
+    indirect = write_rig(tmp_path / "indirect", "indirect", axes="z")
+    text = (indirect / "rig.toml").read_text(encoding="utf-8")
+    text = text.replace("[[runs]]", "flange_mass_kg = 1.2\n[[runs]]", 1)
+    (indirect / "rig.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="its flange is part of blocking_mass_kg"):
+        read_mount_rig(indirect)
+    bare = write_flanged(tmp_path / "bare", "output", stated=True)
+    table = pd.read_csv(bare / "z_0.csv")
+    rest = table.drop(columns=[name for name in table if name.startswith("output")])
+    rest.to_csv(bare / "z_0.csv", index=False)
+    with pytest.raises(
+        InputError, match="flange_mass_kg on the output side needs its acceleration"
+    ):
+        read_mount_rig(bare)

@@ -329,3 +329,73 @@ def test_latest_is_the_run_of_a_study_that_began_last_and_has_finished(tmp_path,
     (folder / "latest").mkdir()
     (folder / "latest" / "run.json").write_text('{"study": "front"}')
     assert run_folder.read_run(folder / "latest").folder == folder / "latest"
+
+
+def test_latest_goes_by_the_start_not_by_the_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    folder = finish_run(start_run(Path("results"), "front", seed=1, record={"study": "front"}))
+    home = folder.parent
+    for name, record in (
+        ("example", "{}"),
+        ("zebra", '{"started": "2026-01-01 00:00:00"}'),
+        ("damaged", "{"),
+    ):
+        (home / name).mkdir()
+        (home / name / "run.json").write_text(record)
+    for wanted in (home / "latest", "front/latest", "latest"):
+        assert run_folder.read_run(wanted).folder == folder
+    renamed = folder.rename(home / "chosen")
+    assert run_folder.read_run("front/latest").folder == renamed
+    (home / "2999-01-01_000000_seed1").mkdir()
+    (home / "2999-01-01_000000_seed1" / "run.json").write_text("{")
+    with pytest.raises(InputError, match=r"2999-01-01_000000_seed1/run\.json is not JSON"):
+        run_folder.read_run("front/latest")
+
+
+def test_nothing_is_written_into_the_example_of_a_clone(tmp_path):
+    (tmp_path / "example").mkdir()
+    (tmp_path / "example" / "run.json").write_text('{"study": "front"}')
+    entry = run_folder.read_run(tmp_path / "example")
+    for name in ("", "supplier"):
+        with pytest.raises(InputError, match="name another folder with --out"):
+            entry.writable(name)
+    mine = run_folder.RunEntry(tmp_path / "mine", {})
+    assert mine.writable("supplier") == tmp_path / "mine" / "supplier"
+
+
+def test_no_link_leads_a_run_elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "elsewhere").mkdir()
+    out = Path("results")
+    out.mkdir()
+    (out / "look").symlink_to(tmp_path / "elsewhere")
+    (out / "circle").symlink_to("circle")
+    with pytest.raises(InputError, match="results/look is a link out of results"):
+        start_run(out, "look", seed=1, record={})
+    with pytest.raises(InputError, match="cannot be written"):
+        start_run(out, "circle", seed=1, record={})
+    assert list((tmp_path / "elsewhere").iterdir()) == []
+    run = finish_run(start_run(tmp_path / "elsewhere", "front", seed=1, record={"study": "look"}))
+    (out / "front").mkdir()
+    (out / "front" / f"{run.name}").symlink_to(run)
+    entries, (problem, *_) = run_folder.readable_runs(out)
+    assert (entries, "is a link out of results" in str(problem)) == ((), True)
+    for wanted in ("latest", "front/latest", out / "front" / "latest", run.name):
+        with pytest.raises(InputError, match="is a link out of results"):
+            run_folder.read_run(wanted)
+    with pytest.raises(InputError, match="is a link out of results"):
+        run_folder.find_run(out, "front", run.name)
+    assert run_folder.read_run(run).name == run.name  # a folder that the user names
+
+
+def test_what_a_killed_process_left_is_taken_away_be_it_a_folder_a_file_or_a_link(tmp_path):
+    precious = tmp_path / "precious"
+    precious.mkdir()
+    run = start_run(tmp_path, "front", seed=1, record={"study": "front", "seed": 1})
+    (run.folder / ".write-a").mkdir()
+    (run.folder / ".write-b").write_text("")
+    (run.folder / ".write-c").symlink_to(precious)
+    again = run_folder.find_run(tmp_path, "front", run.folder.name)
+    assert again.run().started == run.started
+    assert names(run.folder) == ["run.json"]
+    assert precious.is_dir()

@@ -306,6 +306,12 @@ NAMES = [
     ("a b", "no blanks"),
     ("a\u200bb", "no controls"),
     ("a\u202eb", "no controls"),
+    ("a\u034fb", "take the invisible U+034F out"),
+    ("\u115f", "take the invisible U+115F out"),
+    ("\u2800", "take the invisible U+2800 out"),
+    ("\u3164", "take the invisible U+3164 out"),
+    ("a\ufe0f", "take the invisible U+FE0F out"),
+    ("a\U000e0100", "take the invisible U+E0100 out"),
     ("../../../../X", "none of"),
     ("a\\b", "none of"),
     ("a:b", "none of"),
@@ -324,7 +330,9 @@ def test_a_name_that_no_file_should_have_is_at_fault(name, fault):
     assert fault in name_fault(name)
 
 
-@pytest.mark.parametrize("name", ["U06-1", "NA", "=1+1", "ü", "$x$", "g5_wot220", "v1.2", "x" * 60])
+@pytest.mark.parametrize(
+    "name", ["U06-1", "NA", "=1+1", "ü", "前", "$x$", "g5_wot220", "v1.2", "x" * 60]
+)
 def test_a_name_of_another_kind_is_none(name):
     assert name_fault(name) == ""
 
@@ -336,6 +344,10 @@ def test_a_name_of_another_kind_is_none(name):
         (["U06", "UO6"], "group 'UO6' beside 'U06' differs hardly"),
         (["Bl", "B1"], "group 'B1' beside 'Bl' differs hardly"),
         (["\u0410udi", "Audi"], "differs hardly"),
+        (["\u0501\u051d\u051b", "dwq"], "differs hardly"),
+        (["\u04bb\u04cf\u0475\u057d", "hivu"], "differs hardly"),
+        (["Kem", "Kern"], "differs hardly"),
+        (["a\u2014b", "a-b"], "differs hardly"),
         (["a_b", "a-b"], "differs hardly"),
         (["Ａ1", "A1"], "differs hardly"),
     ],
@@ -346,7 +358,21 @@ def test_names_that_look_alike_are_told(names, sentence):
 
 
 def test_different_names_are_not_called_alike():
-    names = ["U06-1", "U06-2", "F39", "F45", "U06-1", "Dul", "Dur", "DuL1", "TSM", "TSN", "left"]
+    names = [
+        "U06-1",
+        "U06-2",
+        "F39",
+        "F45",
+        "U06-1",
+        "Dul",
+        "Dur",
+        "DuL1",
+        "TSM",
+        "TSN",
+        "left",
+        "\u00e4",
+        "a",
+    ]
     assert list(look_alikes("mount", names)) == []
 
 

@@ -14,7 +14,14 @@ from deboom.measurement.order_tracking import (
     tracked_sweep,
     vold_kalman_spectra,
 )
-from deboom.measurement.tacho import WINDOW, PulseTrain, pulse_times, repair_pulses, shaft_angle
+from deboom.measurement.tacho import (
+    WINDOW,
+    PulseTrain,
+    is_speed,
+    pulse_times,
+    repair_pulses,
+    shaft_angle,
+)
 
 RATE = 2048.0
 TIME = np.arange(int(4 * RATE)) / RATE
@@ -51,6 +58,47 @@ def test_a_bounce_counts_only_where_the_voltage_falls_far_enough():
         signal = square(20)
         signal[np.flatnonzero(np.diff(signal) > 0) + 6] = bounce
         assert pulse_times(signal, RATE_2).size == count
+
+
+def test_a_speed_channel_is_named_and_gives_the_same_orders():
+    rpm = 60 * np.gradient(TURNS, 1 / RATE)
+    noisy = rpm + np.random.default_rng(1).normal(0, 2.0, rpm.size)
+    by_pulses = tracked_run(time_run()).run
+    tracked = tracked_run(time_run(tacho=noisy))
+    assert any("WARNING, the channel is a speed in 1/min" in line for line in tracked.report())
+    ratio = tracked.run.cell_force.values / tracked.run.acceleration.values
+    expected = by_pulses.cell_force.values / by_pulses.acceleration.values
+    assert np.abs(ratio / expected - 1).max() < 0.01
+    assert tracked.run.frequency[[0, -1]] == pytest.approx(by_pulses.frequency[[0, -1]], abs=0.5)
+    assert is_speed(1400 + 5 * TIME_3)
+    assert not is_speed(tacho())
+    with pytest.raises(InputError, match=r"changes smoothly from .* as a speed does: export"):
+        tracked_run(time_run(tacho=rpm / 60))
+
+
+def test_a_tacho_on_a_raster_of_a_millisecond_is_named():
+    passing = np.sin(2 * np.pi * 410 * np.arange(4000) / 1000.0) > 0
+    with pytest.raises(InputError, match="2 samples from pulse to pulse at 1000 Hz, too few"):
+        pulse_times(np.where(passing, 5.0, 0.0), 1000.0)
+
+
+def test_teeth_that_a_wheel_has_not_are_not_missing():
+    tooth = np.arange(60 * 40)
+    times = np.interp(tooth[tooth % 60 < 58] / 60, REVOLUTION, TIME)
+    damaged = np.delete(times, [300, 700])
+    for pulses, missing in ((times, 0), (damaged, 2)):
+        train = repair_pulses(pulses, 60)
+        assert train.missing.size == missing
+        assert train.number[-1] == 60 * 39 + 57
+    assert "none repaired" in repair_pulses(times, 60).report()
+
+
+def test_the_limit_of_a_coasting_run_is_its_drag():
+    drag = {"engine_torque": -20.0 - 5.0 * TIME_3, "rising": True}
+    good = tracked_run(time_run(torque_limit=-50.0, **drag)).report()
+    assert not any("torque" in line and "WARNING" in line for line in good)
+    bad = tracked_run(time_run(torque_limit=-20.0, **drag)).report()
+    assert any("reaches -3" in line and "beyond the limit of -20" in line for line in bad)
 
 
 def test_five_missing_in_a_row_are_counted():

@@ -101,3 +101,43 @@ def test_noisy_sensors_count_less():
     weighted = invert_for_forces(VALUES, response, PLAIN, noise)
     np.testing.assert_allclose(weighted.force, FORCE, atol=1e-9)
     assert np.abs(invert_for_forces(VALUES, response, PLAIN).force - FORCE).max() > 0.1
+
+
+def nearly_alike(alike, n_line=60):
+    """Two paths whose columns differ by little, functions with errors of 3 %."""
+    random = np.random.default_rng(2)
+    normal = lambda *shape: random.standard_normal((*shape, 2)) @ np.array([1.0, 1j])  # noqa: E731
+    common, own = normal(n_line, 8, 1), normal(n_line, 8, 2)
+    exact = common + alike * own
+    force = 10 * normal(n_line, 2)
+    seen = np.einsum("fmn,fn->fm", exact, force)
+    measured = exact * (1 + 0.03 / np.sqrt(2) * normal(*exact.shape))
+    lines, names = np.arange(n_line) + 20.0, tuple("abcdefgh")
+    return (
+        Frf(lines, measured, names, PATHS, "m/s²/N"),
+        Spectrum(lines, seen, names, "m/s²"),
+        force,
+    )
+
+
+@pytest.mark.parametrize("alike", [1.0, 0.1, 0.002])
+def test_intervals_of_forces_hold_and_single_forces_that_are_not_told_are_named(alike):
+    """Errors of the functions are in them, and what regularisation takes away."""
+    functions, seen, force = nearly_alike(alike)
+    found = path_forces.forces_by_inversion(functions, seen, function_error=0.03)
+    error = np.abs(found.force.values - force)
+    assert np.mean(error <= found.inversion.half_width) > 0.85
+    wrong = np.linalg.norm(error, axis=0) / np.linalg.norm(force, axis=0)
+    if alike == 0.002:
+        assert np.all(wrong > 0.3)
+        assert found.inversion.condition_number.max() > 30
+        assert "TSM x ±" in found.verdict
+        assert "condition number reaches" in found.verdict
+    if alike == 1.0:
+        assert np.all(wrong < 0.05)
+        assert found.verdict == ""
+    # the resultant is right in any case
+    both = np.sum(found.force.values - force, axis=1)
+    assert np.linalg.norm(both) < 0.25 * np.linalg.norm(force.sum(axis=1))
+    assert "TSM x, half width at 90 % [N]" in found.table
+    assert "condition number [1]" in found.table

@@ -7,6 +7,7 @@ from deboom.errors import InputError
 from deboom.measurement.channels import TimeRecord
 from deboom.measurement.order_tracking import vold_kalman_spectra
 from deboom.measurement.tacho import repair_pulses, shaft_angle
+from samples.zebra_tapes import RUNS, Tape, draw_tapes, speed_error
 
 FIRST, SLOPE, DURATION, RATE = 12.0, 3.0, 4.0, 2048.0
 """Speed and its change [rev/s], [rev/s²], length and rate of the record [s], [Hz]."""
@@ -177,3 +178,61 @@ def test_an_even_tape_whose_seam_is_a_whole_number_of_pitches_is_told_from_no_wh
     with pytest.raises(InputError, match="state 13"):
         repair_pulses(times, 12)
     assert errors(shaft_angle(repair_pulses(times, 13)))[0] < 0.01
+
+
+@pytest.mark.parametrize(("stripes", "seam"), [(12, 1.8), (12, 2.8), (24, 1.8), (48, 2.8)])
+def test_a_seam_at_the_edge_of_whole_pitches_has_one_width_in_every_turn(stripes, seam):
+    """Speed was up to 17 % off where one turn took it for whole pitches, and another did not."""
+    for jitter, seed in ((0.003, 1), (0.01, 2)):
+        error = speed_error(Tape(stripes, seam, 0.0, jitter, RUNS[seed % 4]), seed)
+        assert error is not None
+        assert error < 0.5
+
+
+def test_tapes_of_any_seam_are_right_or_refused():
+    """A sample of the claim."""
+    tapes = [tape for tape in draw_tapes(16) if not tape.like_teeth]
+    errors = [speed_error(tape, 100 + k) for k, tape in enumerate(tapes)]
+    right = [error for error in errors if error is not None]
+    assert len(right) >= 0.85 * len(errors)
+    assert max(right) < 0.5
+
+
+def several_gaps(teeth, missing, n_gap):
+    each = teeth // n_gap
+    return np.concatenate([np.arange(each - missing) + k * each for k in range(n_gap)]) / teeth
+
+
+@pytest.mark.parametrize(("teeth", "n_gap"), [(60, 2), (36, 3)])
+def test_equal_gaps_are_counted_or_said_to_be_unchecked(teeth, n_gap):
+    times = pulses(several_gaps(teeth, 2, n_gap), seconds=2.0)
+    words = f"state {teeth} where the wheel has {n_gap} equal gaps, {teeth // n_gap} where"
+    with pytest.raises(InputError, match=words):
+        repair_pulses(times, teeth - 2 * n_gap)
+    note = repair_pulses(times, teeth // n_gap).note
+    assert "not checked is that the wheel has one such gap" in note
+    assert f"right where the wheel has {n_gap} equal gaps" in repair_pulses(times, teeth).note
+
+
+def test_two_unlike_gaps_of_a_wheel_are_learnt():
+    present = np.setdiff1d(np.arange(60), [20, 21, 58, 59])
+    times = pulses(present / 60, seconds=2.0)
+    assert "60 pulses per revolution confirmed" in repair_pulses(times, 60).note
+    with pytest.raises(InputError, match="state 60"):
+        repair_pulses(times, 56)
+
+
+@pytest.mark.parametrize("ripple", [0.0, 0.02])
+def test_uneven_stripes_without_a_seam_tell_their_number(ripple):
+    times = pulses(tape(24, 1.0, 0.05, np.random.default_rng(3)), ripple=ripple)
+    assert "24 pulses per revolution confirmed" in repair_pulses(times, 24).note
+    assert "every second revolution" in repair_pulses(times, 12).note
+    for wrong in (23, 48):
+        with pytest.raises(InputError, match=f"says {wrong}, but pitches .* state 24"):
+            repair_pulses(times, wrong)
+
+
+@pytest.mark.parametrize(("order", "ripple"), [(8.3, 0.01), (24.0, 0.003), (1.5, 0.03)])
+def test_an_order_of_the_shaft_is_no_unevenness_of_the_wheel(order, ripple):
+    times = pulses(wheel(60, 0), ripple=ripple, order=order)
+    assert "cannot be checked" in repair_pulses(times, 60).note

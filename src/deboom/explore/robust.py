@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -98,6 +98,29 @@ class RobustValues:
     def feasible(self) -> BoolArray:
         """Designs that could be computed and keep all limits, shape (n,)."""
         return np.asarray(~self.failed & np.all(self.excess <= 0.0, axis=1))
+
+
+def kept_values(arrays: Mapping[str, npt.NDArray[Any]]) -> RobustValues:
+    """Return values from their arrays by name, as an archive on disk holds them.
+
+    - raises InputError: an array that is missing, or of other dimensions or another type.
+    """
+    table, number = np.empty((0, 0)), np.empty(0)
+    example = RobustValues(
+        designs=table,
+        mean=table,
+        sigma=table,
+        mean_sum=number,
+        sigma_sum=number,
+        standard_error_mean_sum=number,
+        standard_error_sigma_sum=number,
+        failed=np.empty(0, dtype=bool),
+    )
+    for column in fields(RobustValues):
+        wanted, array = getattr(example, column.name), arrays.get(column.name)
+        if array is None or (array.ndim, array.dtype.kind) != (wanted.ndim, wanted.dtype.kind):
+            raise InputError(f"kept evaluations have no {column.name}: start a new run")
+    return RobustValues(**{column.name: arrays[column.name] for column in fields(RobustValues)})
 
 
 def joined(parts: Sequence[RobustValues]) -> RobustValues:

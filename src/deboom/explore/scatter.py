@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import block_diag
 from scipy.special import ndtr, ndtri
-from scipy.stats import chi2, invwishart, norm
+from scipy.stats import chi2, invwishart, norm, shapiro
 
 from deboom.arrays import RealArray, checked
 from deboom.choices import Distribution
@@ -28,6 +28,8 @@ from deboom.explore.space import (
     sobol_points,
 )
 
+FEWEST_FOR_LAW, NOT_NORMAL = 8, 1e-3
+"""Pieces that say something about a law, and the p-value below which it is not the normal one."""
 TRUNCATION = 3.0
 """Largest size of a draw, in standard deviations [1]."""
 
@@ -349,6 +351,7 @@ class Capability:
       negative outside [1].
     - `expected_outside`, `confidence`: share of a normal process outside of the interval, and
       confidence of the bounds [1].
+    - `normality`: p-value of the test of Shapiro and Wilk, nan of fewer than 8 pieces [1].
     """
 
     n: int
@@ -360,6 +363,12 @@ class Capability:
     cpk_bound: float
     expected_outside: float
     confidence: float
+    normality: float = float("nan")
+
+    @property
+    def normal(self) -> bool:
+        """False where the pieces contradict a normal process, on which bounds and shares rest."""
+        return not self.normality < NOT_NORMAL
 
 
 def capability(
@@ -379,7 +388,8 @@ def capability(
     ``Cp √(χ²_{1−c, n−1}/(n − 1))``, exact for a normal process, and
     ``Cpk − z_c √(1/9n + Cpk²/2(n − 1))``, Bissell, Applied Statistics 39 (1990) 331, an
     approximation from about 20 pieces upwards. A process that is not normal has other shares
-    outside.
+    outside: two cavities of a mould, with little scatter each, have none where a normal law has
+    many.
     """
     sample = np.asarray(values, dtype=float)
     if sample.ndim != 1 or sample.size < 2 or not np.all(np.isfinite(sample)):
@@ -405,6 +415,7 @@ def capability(
         cpk_bound=float(cpk - norm.ppf(confidence) * spread),
         expected_outside=float(outside),
         confidence=confidence,
+        normality=float(shapiro(sample).pvalue) if n >= FEWEST_FOR_LAW else float("nan"),
     )
 
 

@@ -45,6 +45,7 @@ from deboom.explore.robust import (
     RobustValues,
     chosen,
     joined,
+    kept_values,
 )
 from deboom.explore.scatter import ToleranceSample
 from deboom.explore.selection import improved, pick
@@ -377,7 +378,7 @@ class _Archive(Around):
         number = len(self.generations) + 1
         kept = self.store.kept(number)
         if kept is not None and np.array_equal(kept["designs"], designs):
-            return RobustValues(**kept)
+            return kept_values(kept)
         values = self.robust(designs)
         columns = (column.name for column in fields(RobustValues))
         self.store.keep(number, {name: getattr(values, name) for name in columns})

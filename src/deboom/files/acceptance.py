@@ -591,7 +591,8 @@ def read_delivered_parts(
     parts, seen = [], dict[str, int]()
     for row in read_rows(path, PLAIN, dict.fromkeys(AXES, "1" if over_today else "N/m")):
         name, mount = row.filled("part"), row.filled("mount")
-        refuse_second(seen, f"part '{name}'", row)
+        repeated = "give each piece its own name, or one row with the mean of its repeats"
+        refuse_second(seen, f"part '{name}'", row, repeated)
         if mount not in required:
             raise row.error(
                 f"part '{name}': the box knows no mount '{mount}', only {', '.join(required)}"
@@ -664,7 +665,7 @@ def read_measured_sheet(
             continue
         axes = stated.setdefault((row.part, row["batch"] or "–"), {})
         if axis in axes:
-            raise row.error(f"{direction} stands there twice: keep one row")
+            raise row.error(f"{direction} stands there twice: keep one row, or the mean of repeats")
         axes[axis] = value
     if not stated:
         raise InputError(f"{path} holds no measured part: one row per part and direction")

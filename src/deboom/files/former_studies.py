@@ -66,3 +66,9 @@ MOVED = {
     "deboom.mounts.surface_forces.predicted_forces predicts the forces"
 }
 """Studies of version 0.3 that are none any more, and where they are."""
+
+
+def names_of(study: str) -> tuple[str, ...]:
+    """Return the name of a study today, and then those that it had."""
+    today = FORMER_STUDIES[study].today if study in FORMER_STUDIES else study
+    return (today, *(name for name, former in FORMER_STUDIES.items() if former.today == today))

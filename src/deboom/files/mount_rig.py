@@ -64,6 +64,10 @@ class MountRigFile(StrictModel):
         Annotated[Positive, within(1.0, 1e5, "no blocking mass weighs that: is it in g or t?")]
         | None
     ) = None  # of the indirect method, flange and half of the mount included
+    force_side: Literal["output", "input"] = "output"  # of the specimen; input: at the shaker
+    flange_mass_kg: (
+        Annotated[Positive, within(0.001, 1e3, "no flange weighs that: is it in g?")] | None
+    ) = None  # between force cells and specimen, on the side of the cells
     runs: AtLeastOne[RigRunSection]
 
     def faults(self) -> Iterator[str]:
@@ -72,6 +76,11 @@ class MountRigFile(StrictModel):
             yield (
                 "key 'blocking_mass_kg' belongs to the indirect method, which needs it: the direct "
                 "one measures its force"
+            )
+        if self.method == "indirect" and (self.force_side == "input" or self.flange_mass_kg):
+            yield (
+                "keys 'force_side' and 'flange_mass_kg' belong to force cells, which the indirect "
+                "method has not: its flange is part of blocking_mass_kg"
             )
         yield from doubled("[[runs]] are named", [run.name for run in self.runs])
         yield from same_file("runs", "table", self.runs)
@@ -85,6 +94,11 @@ class MountRig:
     stiffness: tuple[RigStiffness, ...]
     campaign: CampaignRecord
     mount: CharacterisedMount
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on what looks like a mass and not like a stiffness, under each preload."""
+        return tuple(words for series in self.stiffness for words in series.warnings)
 
 
 def read_mount_rig(folder: Path | str) -> MountRig:
@@ -140,6 +154,7 @@ def _run(path: Path, section: RigRunSection, file: MountRigFile) -> RigRun:
             force = file.blocking_mass_kg * still
         else:
             force = _side(table, "force", "N")
+            force = force + _flange_force(file, moved, still)
         return RigRun(
             name=section.name,
             axis=section.axis,
@@ -151,6 +166,24 @@ def _run(path: Path, section: RigRunSection, file: MountRigFile) -> RigRun:
             if still is None
             else displacement_from_acceleration(still, table.frequency),
         )
+
+
+def _flange_force(
+    file: MountRigFile, moved: ComplexArray, still: ComplexArray | None
+) -> ComplexArray | float:
+    """Force that accelerates the flange between cells and specimen [N].
+
+    Cells at the shaker push flange and specimen; those below feel the specimen less the flange.
+    """
+    if file.flange_mass_kg is None:
+        return 0.0
+    if file.force_side == "input":
+        return -file.flange_mass_kg * moved
+    if still is None:
+        raise InputError(
+            "flange_mass_kg on the output side needs its acceleration: export output x, y and z"
+        )
+    return file.flange_mass_kg * still
 
 
 def _side(table: FunctionTable, side: str, unit: str) -> ComplexArray:

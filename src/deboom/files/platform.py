@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from deboom.arrays import RealArray
 from deboom.common import AXES, shipped_studies
@@ -256,9 +256,20 @@ def common_axis(files: Sequence[Columns], tell: Note) -> RealArray:
 
 SMALLEST_RATIO, LARGEST_RATIO = 1.0, 100.0
 """Total ratios: wheels turn no faster than the engine of a car [1]."""
-EngineTorque = Annotated[
-    Positive, within(5.0, 5000.0, "an engine gives 5 to 5000 N m: is it in kN m, or at the wheels?")
-]
+
+
+def _engine_torque(value: float) -> float:
+    if not 5.0 <= abs(value) <= 5000.0:
+        raise ValueError(
+            "an engine gives 5 to 5000 N m, and a coasting one takes as much, with a minus: is it "
+            "in kN m, or at the wheels?"
+        )
+    return value
+
+
+EngineTorque = Annotated[float, AfterValidator(_engine_torque)]
+"""Torque of the engine [N m]: positive where it drives the vehicle forward, negative where it is
+dragged, as in a coasting run."""
 
 
 class Engine(StrictModel):

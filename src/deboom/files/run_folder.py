@@ -28,13 +28,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import numpy.typing as npt
 from filelock import FileLock, Timeout
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, RootModel
 
 from deboom import __version__
 from deboom.errors import InputError
 from deboom.files.disk import opened_file, read_arrays, read_json, replace_bytes, replace_text
+from deboom.files.former_studies import names_of
 from deboom.files.schema import wrong_entries
-from deboom.names import path_inside
+from deboom.names import is_inside, path_inside
 from deboom.tabled import PACKED, json_text, table_file
 
 if TYPE_CHECKING:
@@ -48,7 +49,13 @@ if TYPE_CHECKING:
 LATEST = "latest"
 """Name that stands for the last finished run of a study."""
 UNFINISHED = ".unfinished"
+_STARTED = re.compile(r"(\d{4}-\d\d-\d\d)_(\d\d)(\d\d)(\d\d)")
 RECORD = "run.json"
+DAMAGED = "it is damaged, start a new run"
+SEARCH, INPUTS = "search.json", "inputs.json"
+"""Facts about a search, and the hashes of its input files."""
+EXAMPLE = "example"
+"""Name of the finished run that a clone brings: it is read and never written to."""
 DOE, SOBOL, MORRIS = "doe", "sobol", "morris"
 """Tables that a run keeps under the name of what they hold."""
 TEXTS = ("doe", "plan", "failure", "variable", "response", "vehicle")
@@ -78,11 +85,13 @@ class Run:
     - `seed`: Of the run.
     - `created`: Folders that did not exist before, outermost first; `discard` takes them away
       again.
+    - `started`: When it began, UTC, such as ``2026-11-21 10:45:30``.
     """
 
     folder: Path
     seed: int
     created: tuple[Path, ...]
+    started: str = ""
 
     def save_json(self, name: str, content: Mapping[str, Any]) -> None:
         """Save a mapping as JSON, UTF-8.
@@ -126,25 +135,27 @@ def start_run(out: Path, study: str, *, seed: int, record: Mapping[str, Any]) ->
       it.
     - returns: Takes files until `finish_run`.
     - raises InputError: A seed below 1, a study name that is no folder name, or a folder that
-      cannot be written.
+      cannot be written or that a link leads out of `out`.
     """
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 1:
         raise InputError(f"seed {seed!r} of study {study}: choose a whole number from 1")
     if not re.fullmatch(r"[\w-]+", study, re.ASCII):
         raise InputError(f"study name '{study}': use letters, digits, _ and -")
-    parent = out / study
+    parent = path_inside(out, study)
+    began = datetime.now(UTC)
+    started = f"{began:%Y-%m-%d %H:%M:%S}"
     created = tuple(f for f in reversed((parent, *parent.parents)) if not f.exists())
     try:
         parent.mkdir(parents=True, exist_ok=True)
-        name = f"{datetime.now(UTC):%Y-%m-%d_%H%M%S}_seed{seed}"
-        folder = _new_folder(parent, name, json_text(record))
+        name = f"{began:%Y-%m-%d_%H%M%S}_seed{seed}"
+        folder = _new_folder(parent, name, json_text({**record, "started": started}))
     except OSError as error:
         _remove_empty(created)
         raise InputError(
             f"the output folder {out} cannot be written ({error.strerror or error}): choose "
             "another with --out"
         ) from None
-    return Run(folder, seed, created)
+    return Run(folder, seed, created, started)
 
 
 def finish_run(run: Run) -> Path:
@@ -341,6 +352,13 @@ class RunEntry:
         return self.folder.name.removesuffix(UNFINISHED)
 
     @property
+    def started(self) -> str:
+        """When the run began, UTC, such as ``2026-11-21 10:45:30``; empty where nothing says it."""
+        match = _STARTED.match(self.name)
+        of_name = f"{match[1]} {match[2]}:{match[3]}:{match[4]}" if match else ""
+        return str(self.record.get("started", of_name))
+
+    @property
     def finished(self) -> bool:
         """Whether the folder is complete."""
         return not self.folder.name.endswith(UNFINISHED)
@@ -421,19 +439,49 @@ class RunEntry:
         Folders that a killed process left half written are taken away.
         """
         for scratch in self.folder.rglob(".write-*"):
-            shutil.rmtree(scratch)
-        return Run(self.folder, self.record["seed"], created=())
+            if scratch.is_dir() and not scratch.is_symlink():
+                shutil.rmtree(scratch)
+            else:
+                scratch.unlink()
+        return Run(self.folder, self.record["seed"], created=(), started=self.started)
+
+    def writable(self, name: str = "") -> Path:
+        """Return where a command writes further files of this run without ``--out``.
+
+        - `name`: Of a folder in the run's own; by default that itself.
+        - raises InputError: The run that a clone brings; a link that leads out of the run.
+        """
+        if self.name == EXAMPLE:
+            raise InputError(
+                f"{self.folder} is the example that comes with deboom, and nothing is written into "
+                "it: name another folder with --out"
+            )
+        return path_inside(self.folder, name) if name else self.folder
 
 
 def read_record(path: Path) -> dict[str, Any]:
-    """Return what a ``run.json`` says.
+    """Return what a ``run.json`` says; entries that are null or missing have their defaults.
 
     - raises InputError: a file that is damaged or gone.
     """
-    record = read_json(path, "the record of this run is damaged")
-    for sentence in wrong_entries(_Record, record):
-        raise InputError(f"{path}: {sentence}; the record of this run is damaged")
-    return record
+    record = _checked_json(path, _Record, "the record of this run is damaged")
+    stated = {name: entry for name, entry in record.items() if entry is not None}
+    return {**_Record().model_dump(exclude_none=True), **stated}
+
+
+def _checked_json(path: Path, model: type[BaseModel], remedy: str) -> dict[str, Any]:
+    """Return the object of a JSON file whose entries are as a model says.
+
+    - raises InputError: the file is damaged, gone, or holds what no other JSON file can hold.
+    """
+    content = read_json(path, remedy)
+    for sentence in wrong_entries(model, content):
+        raise InputError(f"{path}: {sentence}; {remedy}")
+    try:
+        json.dumps(content, allow_nan=False, ensure_ascii=False).encode("utf-8")
+    except ValueError:  # 1e999, and half of a letter of two
+        raise InputError(f"{path} holds an endless number or half a letter; {remedy}") from None
+    return content
 
 
 def readable_runs(
@@ -449,6 +497,7 @@ def readable_runs(
     entries, damaged = [], []
     for path in sorted(results.glob(f"*/[!.]*/{RECORD}")):
         try:
+            path_inside(results, path.relative_to(results).as_posix())
             entries.append(RunEntry(path.parent, read(path)))
         except InputError as error:
             damaged.append(error)
@@ -551,6 +600,7 @@ def save_run(
         **facts,
     }
     run = start_run(Path(out), study, seed=record["seed"], record=record)
+    record["started"] = run.started
     try:
         contents = dict(table_file(stem, table) for stem, table in tables.items())
         for name, content in contents.items():
@@ -600,11 +650,13 @@ def _runs_named(folder: Path) -> list[Path]:
     results, name = Path("results"), glob.escape(folder.name)
     if len(folder.parts) > 2 or not name:
         return []
-    studies = [results / folder.parent] if len(folder.parts) == 2 else list(results.glob("*"))
+    study = glob.escape(folder.parent.name) or "*"
     for pattern in (name, f"{name}*"):
-        runs = [run for study in studies for run in study.glob(pattern) if (run / RECORD).is_file()]
+        runs = [record.parent for record in results.glob(f"{study}/{pattern}/{RECORD}")]
         if runs:
-            return sorted(runs)
+            return [
+                path_inside(results, run.relative_to(results).as_posix()) for run in sorted(runs)
+            ]
     return []
 
 
@@ -619,11 +671,13 @@ def latest_run(folder: Path) -> Path:
     if folder.name != LATEST or folder.exists():
         return folder
     alone = len(folder.parts) == 1
-    homes = Path("results").glob("*") if alone else (folder.parent, Path("results") / folder.parent)
+    # runs of a study lie in the folders of its former names as well
+    named = [folder.parent.with_name(name) for name in names_of(folder.parent.name)]
+    homes = Path("results").glob("*") if alone else (*named, *(Path("results") / n for n in named))
     finished = [
-        record.parent
+        path_inside(home, record.parent.name)
         for home in homes
-        for record in home.glob(f"*/{RECORD}")
+        for record in home.glob(f"[!.]*/{RECORD}")
         if not record.parent.name.endswith(UNFINISHED)
     ]
     if not finished:
@@ -631,7 +685,16 @@ def latest_run(folder: Path) -> Path:
             f"{folder}: no run has finished in {'results' if alone else folder.parent}; "
             "`deboom list` shows all"
         )
-    return max(finished, key=lambda run: run.name)
+    return max(finished, key=_age)
+
+
+def _age(run: Path) -> tuple[str, str]:
+    """Return by what runs are ordered: their start, then their names; a damaged one by its name."""
+    try:
+        record = read_record(run / RECORD)
+    except InputError:
+        record = {}
+    return RunEntry(run, record).started, run.name
 
 
 def check_files(entry: RunEntry, names: Iterable[str] | None = None) -> None:
@@ -670,21 +733,22 @@ def find_run(out: Path, study: str, wanted: str) -> RunEntry:
     - raises InputError: No such run, none that is unfinished, a run of another study, or a
       damaged record.
     """
-    plain = wanted.rstrip("/\\").removesuffix(UNFINISHED)
+    plain, names = wanted.rstrip("/\\").removesuffix(UNFINISHED), names_of(study)
     if plain == LATEST:
-        begun = [record.parent.name for record in (out / study).glob(f"*{UNFINISHED}/{RECORD}")]
+        begun = [
+            record.parent for name in names for record in (out / name).glob(f"*{UNFINISHED}/{RECORD}")
+        ]
         if not begun:
             raise InputError(f"{out / study}: no run of {study} was interrupted")
-        plain = max(begun).removesuffix(UNFINISHED)
-    candidates = [
-        Path(f"{place}{suffix}")
-        for place in (plain, out / study / plain)
-        for suffix in ("", UNFINISHED)
-    ]
+        plain = max(begun, key=_age).name.removesuffix(UNFINISHED)
+    candidates = [Path(f"{plain}{suffix}") for suffix in ("", UNFINISHED)]
+    if is_inside(plain):
+        named = (f"{name}/{plain}{suffix}" for name in names for suffix in ("", UNFINISHED))
+        candidates += [path_inside(out, name) for name in named]
     for folder in candidates:
         if (folder / RECORD).is_file():
             entry = RunEntry(folder, read_record(folder / RECORD))
-            if entry.record.get("study") != study:
+            if entry.record.get("study") not in names:
                 raise InputError(
                     f"run {wanted} belongs to the study {entry.record.get('study')}, not to {study}"
                 )
@@ -692,21 +756,62 @@ def find_run(out: Path, study: str, wanted: str) -> RunEntry:
     raise InputError(f"run {wanted}: there is none in {out / study}; `deboom list {out}` shows all")
 
 
+class _Revision(BaseModel):
+    """Commit of deboom's own checkout."""
+
+    model_config = ConfigDict(strict=True)
+
+    revision: str
+    dirty: bool
+
+
+class _Environment(BaseModel):
+    """What the numbers of a run depend on beside input and seed; see `environment_record`."""
+
+    model_config = ConfigDict(strict=True)
+
+    python: str = ""
+    packages: dict[str, str | None] = {}
+    sources_sha256: str = "unknown"
+    git: _Revision | None = None
+
+
 class _Record(BaseModel):
     """Entries of ``run.json`` that are relied on; studies add others."""
 
     model_config = ConfigDict(strict=True)
 
-    study: str = ""
+    study: str | None = None
     question: str | None = None
     command: str | None = None
+    started: Annotated[str, Field(pattern=r"^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d$")] | None = None
     seed: Annotated[int, Field(ge=0)] = 0
     arguments: dict[str, Any] = {}
+    positional: dict[str, Any] = {}
+    environment: _Environment = _Environment()
+    study_text: str = ""
+    facts: dict[str, Any] = {}
     responses: list[str] | None = None
     n_lines: int | None = None
     headlines: dict[str, Any] | None = None
-    inputs_sha256: dict[str, str] | None = None
-    files_sha256: dict[str, str] | None = None
+    verdict: str | None = None
+    inputs_sha256: dict[str, str] = {}
+    files_sha256: dict[str, str] | None = {}
+
+
+class _SearchFacts(BaseModel):
+    """Entries of ``search.json`` that are relied on."""
+
+    model_config = ConfigDict(strict=True)
+
+    variables: list[str]
+    seconds: Annotated[float, Field(ge=0)]
+
+
+class _Inputs(RootModel[dict[str, str]]):
+    """Hashes of input files by name: ``inputs.json``."""
+
+    model_config = ConfigDict(strict=True)
 
 
 AnyArray = npt.NDArray[Any]
@@ -720,21 +825,21 @@ class CheckpointFolder:
     with the first file.
 
     - `folder`: of this search alone; its parent exists.
-    - `inputs_sha256`: input files of the search and their hashes, such as `hash_files` gives.
+    - `inputs_sha256`: input files of the search and their hashes, such as `hash_files` gives; None
+      where it is only looked at.
     - raises InputError: the folder holds a search with other inputs: the sentence names the first
-      such file.
+      such file; or a link leads out of it.
     """
 
     folder: Path
-    inputs_sha256: Mapping[str, str]
+    inputs_sha256: Mapping[str, str] | None = None
 
     def __post_init__(self) -> None:
-        path = self.folder / "inputs.json"
-        if not path.exists():
+        then, now = self._stated(INPUTS, _Inputs), self.inputs_sha256
+        if then is None or now is None:
             return
-        then = read_json(path, "it is damaged, start a new run")
-        for name in sorted({*then, *self.inputs_sha256}):
-            if then.get(name) != self.inputs_sha256.get(name):
+        for name in sorted({*then, *now}):
+            if then.get(name) != now.get(name):
                 raise InputError(
                     f"{name} has changed since the run began whose evaluations are in "
                     f"{self.folder}: bring the file back as it was or start a new run"
@@ -742,15 +847,14 @@ class CheckpointFolder:
 
     def save(self, facts: Mapping[str, Any]) -> None:
         """Replace the facts about the search, which JSON can hold, in one step."""
-        self._write("search.json", (json.dumps(facts, allow_nan=False) + "\n").encode())
+        self._write(SEARCH, (json.dumps(facts, allow_nan=False) + "\n").encode())
 
     def load(self) -> dict[str, Any] | None:
         """Return the facts about the search; None before they were first saved.
 
         - raises InputError: a damaged file.
         """
-        path = self.folder / "search.json"
-        return read_json(path, "it is damaged, start a new run") if path.exists() else None
+        return self._stated(SEARCH, _SearchFacts)
 
     def keep(self, number: int, arrays: Mapping[str, AnyArray]) -> None:
         """Keep the evaluations of one generation, from number 1."""
@@ -761,17 +865,25 @@ class CheckpointFolder:
     def kept(self, number: int) -> dict[str, AnyArray] | None:
         """Return the evaluations of one generation; None if they were not kept.
 
-        - raises InputError: a damaged file.
+        - raises InputError: a damaged file, or arrays without a row for each design.
         """
-        path = self.folder / "evaluations" / f"{number:06d}.npz"
+        path = path_inside(self.folder, f"evaluations/{number:06d}.npz")
         if not path.exists():
             return None
-        return read_arrays(path, "start a new run")
+        arrays = read_arrays(path, "start a new run")
+        designs = arrays.get("designs", np.empty(0))
+        if designs.ndim != 2 or any(a.ndim < 1 or len(a) != len(designs) for a in arrays.values()):
+            raise InputError(f"{path} has no row for each design: {DAMAGED}")
+        return arrays
+
+    def _stated(self, name: str, model: type[BaseModel]) -> dict[str, Any] | None:
+        path = path_inside(self.folder, name)
+        return _checked_json(path, model, DAMAGED) if path.exists() else None
 
     def _write(self, name: str, data: bytes) -> None:
-        path = self.folder / name
+        path = path_inside(self.folder, name)
         path.parent.mkdir(parents=True, exist_ok=True)
-        inputs = self.folder / "inputs.json"
+        inputs = self.folder / INPUTS
         if not inputs.exists():
-            replace_text(inputs, json.dumps(dict(self.inputs_sha256), indent=2) + "\n")
+            replace_text(inputs, json.dumps(dict(self.inputs_sha256 or {}), indent=2) + "\n")
         replace_bytes(path, data)

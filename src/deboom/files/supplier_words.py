@@ -228,6 +228,19 @@ WORDS: Mapping[str, Word] = {
         "too few measured parts to speak for the others: measure more",
         "zu wenige gemessene Teile, um für die anderen zu sprechen: mehr messen",
     ),
+    "not normal": Word(
+        "{axes}: the parts contradict the normal law that shares and bounds rest on, as of two "
+        "cavities or mixed batches: judge each as a batch of its own",
+        "{axes}: die Teile widersprechen der Normalverteilung, auf der Anteile und Schranken "
+        "beruhen, wie bei zwei Kavitäten oder gemischten Chargen: jede einzeln beurteilen",
+    ),
+    "drift": Word(
+        "{axis} drifts by {drift} % from batch to batch over {n} batches: Ppk of all parts is "
+        "{ppk}, the smallest Cpk of a batch {cpk}; find the cause before the next batch",
+        "{axis} läuft um {drift} % von Charge zu Charge über {n} Chargen: Ppk aller Teile ist "
+        "{ppk}, der kleinste Cpk einer Charge {cpk}; Ursache vor der nächsten Charge finden",
+    ),
+    "all batches": Word("all {n} batches (Pp, Ppk)", "alle {n} Chargen (Pp, Ppk)"),
     "corner": Word(
         "too few cars will keep the limit: the batch lies in a corner of the box",
         "zu wenige Fahrzeuge werden den Grenzwert halten: die Charge liegt in einer Ecke der Box",

@@ -148,13 +148,15 @@ class Row:
         return int(node)
 
 
-def refuse_second(seen: dict[str, int], key: str, row: Row) -> None:
+def refuse_second(
+    seen: dict[str, int], key: str, row: Row, remedy: str = "correct one of them"
+) -> None:
     """Refuse what stands in an earlier line already; otherwise note its line in `seen`.
 
     - raises InputError: it does.
     """
     if key in seen:
-        raise row.error(f"{key} already stands in line {seen[key]}: correct one of them")
+        raise row.error(f"{key} already stands in line {seen[key]}: {remedy}")
     seen[key] = row.line
 
 

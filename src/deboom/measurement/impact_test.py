@@ -334,9 +334,9 @@ class FrfEstimate:
             f"{100 * worst.share:.0f} % of the response of '{worst.channel}' near "
             f"{worst.frequency:.1f} Hz is left at the end of the block, {worst.seconds:.3g} s "
             f"after the push at {impact} (more than {100 * LARGEST_REMAINDER:g} % at "
-            f"{len(cut_off)} of {len(self.inputs)} impacts): peaks are too low by as much; "
-            f"{longer} would do, or, for modal analysis, an exponential window with "
-            f"time_constant={1 / rate:.2g} [s]"
+            f"{len(cut_off)} of {len(self.inputs)} impacts): peaks are too low by as much and "
+            f"damping is too high; {longer} would do, or, for modal analysis, an exponential "
+            f"window with time_constant={1 / rate:.2g} [s]"
         )
 
     @property

@@ -42,6 +42,9 @@ LARGE_ERROR = 0.05
 NEARBY, LARGE_NEARBY = 1.0, 0.08
 """Half-power widths of a mode on either side that show whether it is two, and the error there from
 which it may be: two modes 0.8 Hz apart at 30 Hz, taken for one, leave 10 to 50 % [1]."""
+FEWEST_LINES = 2.0
+"""Half-power width of a mode below which a window may have made it: Hann's is 1.44 lines wide, and
+flat-top windows, wider still, blunt a peak visibly [lines]."""
 NOISE_LINES, LEAST_NOISE = 25, 0.05
 """Lines over which the variance of the noise is averaged, 6 Hz at 0.25 Hz: noise that is relative
 to a function follows its resonances; and the share of a function's mean variance that each line has
@@ -317,6 +320,7 @@ class ModalModel(Tabled):
                 "frequency [Hz]": self.frequency,
                 "damping [1]": self.damping,
                 "complexity of the shape [1]": self.complexity,
+                "half-power width [lines]": self.lines_per_width,
                 "one shape [1]": self.rank_one,
                 "unexplained nearby [1]": self.nearby_error,
             }
@@ -328,9 +332,27 @@ class ModalModel(Tabled):
         return 1 - phase_collinearity(self.shapes)
 
     @property
+    def lines_per_width(self) -> RealArray:
+        """Half-power width of each mode as measured over the spacing of lines, (n_mode,) [1].
+
+        The decay of an exponential window, which is taken off the damping, is part of the width.
+        """
+        spacing = np.diff(self.rebuilt.frequency).min()
+        width = 2 * self.damping * self.frequency + self.added_decay_rate / np.pi
+        return np.asarray(width / spacing)
+
+    @property
     def verdict(self) -> str:
         """One sentence on whether modes and residuals stand for what was measured."""
         share = f"modes and residuals leave {100 * self.total_error:.1f} % of the FRFs unexplained"
+        narrow = self.frequency[self.lines_per_width < FEWEST_LINES]
+        if narrow.size:
+            at = ", ".join(f"{value:.1f}" for value in narrow)
+            share += (
+                f"; at {at} Hz the half-power width is below {FEWEST_LINES:g} lines: where the "
+                "spectra had a window such as Hann, this is resolution, not damping, and one mode "
+                "may stand as several; measure with longer blocks, for finer lines"
+            )
         large = self.frequency[self.nearby_error > LARGE_NEARBY]
         if large.size:
             near = ", ".join(f"{value:.1f}" for value in large)

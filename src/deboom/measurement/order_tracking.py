@@ -14,7 +14,14 @@ from deboom.arrays import BoolArray, ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.campaign import OperatingRun, TimeRun
 from deboom.measurement.channels import Spectrum, TimeRecord
-from deboom.measurement.tacho import ShaftAngle, pulse_times, repair_pulses, shaft_angle
+from deboom.measurement.tacho import (
+    ShaftAngle,
+    integrated_speed,
+    is_speed,
+    pulse_times,
+    repair_pulses,
+    shaft_angle,
+)
 from deboom.physics.order_tracking import (
     LEAST_SAMPLES_PER_PERIOD,
     SAMPLES_PER_PERIOD,
@@ -293,8 +300,11 @@ def tracked_run(
 
 def _tracked(time_run: TimeRun, options: TrackingOptions, name: str) -> TrackedRun:
     rate = time_run.sample_rate
-    pulses = pulse_times(time_run.tacho, rate)
-    shaft = shaft_angle(repair_pulses(pulses, time_run.pulses_per_revolution))
+    if is_speed(time_run.tacho):
+        train = integrated_speed(time_run.tacho, rate)
+    else:
+        train = repair_pulses(pulse_times(time_run.tacho, rate), time_run.pulses_per_revolution)
+    shaft = shaft_angle(train)
     _refuse_other_sense(time_run, shaft)
     rpm = _lines(shaft, options)
     _refuse_slow_vibration(time_run, float(rpm[-1]), options)
@@ -348,11 +358,13 @@ def _doubts(time_run: TimeRun, torque: RealArray, beside: tuple[float, float]) -
             f"is at order {time_run.order + BESIDE:g} as well: are pulses_per_revolution, "
             "dominant_order and the tacho's channel right?"
         )
-    reached = float(np.median(torque) if not time_run.full_load else np.max(torque))
+    # a coasting engine is dragged, by a negative torque
+    extreme = np.max if time_run.torque_limit > 0 else np.min
+    reached = float((extreme if time_run.full_load else np.median)(torque))
     stated, off = time_run.torque_limit, reached / time_run.torque_limit - 1
     if time_run.full_load and off > TORQUE_OFF:
         yield (
-            f"WARNING: the engine torque reaches {reached:.0f} N m, above the limit of {stated:g} "
+            f"WARNING: the engine torque reaches {reached:.0f} N m, beyond the limit of {stated:g} "
             "N m that torque_nm states: are its unit and torque_nm right?"
         )
     if not time_run.full_load and abs(off) > TORQUE_OFF:

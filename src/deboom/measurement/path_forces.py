@@ -30,6 +30,7 @@ from deboom.errors import InputError
 from deboom.measurement.channels import Frf, SideUnits, Spectrum
 from deboom.physics.force_inversion import (
     CROSS_VALIDATED,
+    FUNCTION_ERROR,
     Inversion,
     InvertedForces,
     invert_for_forces,
@@ -37,6 +38,9 @@ from deboom.physics.force_inversion import (
 from deboom.physics.frf import corr_f, corr_s
 from deboom.physics.transfer_path import mount_force
 from deboom.tabled import Tabled
+
+LARGE_HALF_WIDTH = 0.5
+"""Half width of a force over the force from which it is not told [1]."""
 
 
 class Receiver(Enum):
@@ -64,8 +68,39 @@ class PathForces(Tabled):
 
     @property
     def table(self) -> pd.DataFrame:
-        """Complex peak force of each path over frequency."""
-        return self.force.table
+        """Complex peak force of each path over frequency; by inversion, how far to believe it."""
+        table = self.force.table
+        if self.inversion is None:
+            return table
+        for path, unit, width in zip(
+            self.force.channels, self.force.units, self.inversion.half_width.T, strict=True
+        ):
+            table[f"{path}, half width at 90 % [{unit}]"] = width
+        table["condition number [1]"] = self.inversion.condition_number
+        return table
+
+    @property
+    def verdict(self) -> str:
+        """One sentence on the forces that an inversion cannot tell; empty where it tells all."""
+        if self.inversion is None:
+            return ""
+        size = np.linalg.norm(self.force.values, axis=0)
+        share = np.linalg.norm(self.inversion.half_width, axis=0) / np.where(size > 0, size, 1.0)
+        open_ = [
+            f"{path} ± {100 * value:.0f} %"
+            for path, value in zip(self.force.channels, share, strict=True)
+            if value > LARGE_HALF_WIDTH
+        ]
+        if not open_:
+            return ""
+        condition = self.inversion.condition_number
+        worst = int(np.argmax(condition))
+        return (
+            f"single forces are not told: {', '.join(open_)} at 90 %; the condition number reaches "
+            f"{condition[worst]:.3g} at {self.force.frequency[worst]:g} Hz. Paths that move the "
+            "indicators alike share a force, so that their sum may be right: add indicators "
+            "between them, or show sums of paths"
+        )
 
 
 def forces_by_inversion(
@@ -73,6 +108,7 @@ def forces_by_inversion(
     response: Spectrum,
     inversion: Inversion = CROSS_VALIDATED,
     noise: RealArray | None = None,
+    function_error: float = FUNCTION_ERROR,
 ) -> PathForces:
     """Find the interface forces that explain the indicators: classical transfer path analysis.
 
@@ -87,11 +123,14 @@ def forces_by_inversion(
         Regularisation; by default its amount follows from cross-validation at each line.
     noise : array, shape (n_indicator,) or (n_frequency, n_indicator), optional
         Standard deviation of the responses [unit].
+    function_error : float
+        Standard error of each transfer function, relative [1].
 
     Returns
     -------
     PathForces
-        ``force``, (n_frequency, n_path), complex peak [N], with the regularisation of each line.
+        ``force``, (n_frequency, n_path), complex peak [N], with condition number and half width of
+        each line; ``verdict`` names forces that are not told.
 
     Raises
     ------
@@ -106,7 +145,7 @@ def forces_by_inversion(
     >>> deboom.forces_by_inversion(rail, seen).force.values.real.round(3)
     array([[0.1]])
     """
-    return _inverted(accelerance, response, inversion, noise, Receiver.UNCOUPLED)
+    return _inverted(accelerance, response, inversion, noise, function_error, Receiver.UNCOUPLED)
 
 
 def blocked_forces_in_situ(
@@ -114,6 +153,7 @@ def blocked_forces_in_situ(
     response: Spectrum,
     inversion: Inversion = CROSS_VALIDATED,
     noise: RealArray | None = None,
+    function_error: float = FUNCTION_ERROR,
 ) -> PathForces:
     """Find the blocked forces of a source in the place where it runs, ``f_bl = (Y^AB)⁺ a``.
 
@@ -130,11 +170,14 @@ def blocked_forces_in_situ(
         Regularisation; by default its amount follows from cross-validation at each line.
     noise : array, shape (n_indicator,) or (n_frequency, n_indicator), optional
         Standard deviation of the responses [unit].
+    function_error : float
+        Standard error of each transfer function, relative [1].
 
     Returns
     -------
     PathForces
-        ``force``, (n_frequency, n_path), complex peak [N], with the regularisation of each line.
+        ``force``, (n_frequency, n_path), complex peak [N], with condition number and half width of
+        each line; ``verdict`` names forces that are not told.
 
     Raises
     ------
@@ -154,7 +197,7 @@ def blocked_forces_in_situ(
     >>> deboom.blocked_forces_in_situ(joined, seen).receiver.value
     'source and receiver joined'
     """
-    return _inverted(accelerance, response, inversion, noise, Receiver.ASSEMBLED)
+    return _inverted(accelerance, response, inversion, noise, function_error, Receiver.ASSEMBLED)
 
 
 def forces_by_mount_stiffness(
@@ -201,6 +244,7 @@ def _inverted(
     response: Spectrum,
     inversion: Inversion,
     noise: RealArray | None,
+    function_error: float,
     receiver: Receiver,
 ) -> PathForces:
     lines, indicators = accelerance.frequency, accelerance.outputs
@@ -225,7 +269,9 @@ def _inverted(
             "functions and of the responses"
         )
     paths = accelerance.inputs
-    inverted = invert_for_forces(accelerance.values, measured, inversion, noise, paths)
+    inverted = invert_for_forces(
+        accelerance.values, measured, inversion, noise, paths, function_error
+    )
     force = Spectrum(lines, inverted.force, paths, loads)
     return PathForces(force, receiver, indicators, inverted)
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import BSpline
 from scipy.ndimage import maximum_filter1d, median_filter, percentile_filter
 
@@ -23,6 +24,13 @@ LEAST_PULSES = 10
 """Fewest pulses that say enough about a speed that changes."""
 HYSTERESIS = 0.2
 """Share of the swing by which the voltage must fall back to count anew."""
+SLOWEST_RPM, FASTEST_RPM = 100.0, 30_000.0
+"""Between which a smooth signal is a speed [1/min]: no tacho gives so many volts."""
+SMOOTH_STEP, MIDDLE, STEADY = 0.2, 0.25, 0.2
+"""Of a speed that changes: largest step from sample to sample over the swing, and least share of
+the samples in the middle half of it, where pulses have few; of one that does not: swing over it."""
+LEAST_SAMPLES = 3.0
+"""Samples from pulse to pulse below which samples are counted and not pulses."""
 TAIL = 0.001
 """Share of the samples beyond which low and high voltage are read, so that a spike sets neither."""
 WINDOW = 9
@@ -30,6 +38,8 @@ WINDOW = 9
 UNEVEN, MOST_UNEVEN = 0.1, 0.15
 """Deviation from a whole number of intervals that weighs as much as one bad pulse: in a clean
 signal, and in one whose every interval scatters because few samples make an interval."""
+LEAST_TURNS, TOOTH_SEEN = 3.0, 0.2
+"""Revolutions that tell gaps of a wheel from damage, and share of them that sees a tooth."""
 LONGEST_GAP = 5
 """Pulses missing in a row that can still be counted."""
 MOST_PASSES = 4
@@ -56,7 +66,8 @@ def pulse_times(
 ) -> RealArray:
     """Return the times at which a tacho signal crosses its trigger level, increasing [s].
 
-    Raises InputError: a signal that is constant, not finite, or has fewer than ten pulses.
+    Raises InputError: a signal that is constant, not finite, a speed, recorded too slowly for its
+    pulses, or has fewer than ten of them.
 
     - `voltage` (n_sample,): its first sample is at time 0 [V].
 
@@ -85,6 +96,19 @@ def pulse_times(
     is_low, is_high = above < -HYSTERESIS * (high - low), above >= 0
     event = np.flatnonzero(is_low | is_high)
     first = event[1:][is_low[event[:-1]] & is_high[event[1:]]] - 1
+    if first.size < LEAST_PULSES and _is_smooth(signal):
+        raise InputError(
+            f"{name} has no pulses, it changes smoothly from {signal[0]:.4g} to {signal[-1]:.4g}, "
+            "as a speed does: export the tacho's pulses, or the speed in 1/min for orders whose "
+            "phase to the shaft does not matter"
+        )
+    spacing = float(np.median(np.diff(first))) if first.size > 1 else np.inf
+    if spacing < LEAST_SAMPLES:
+        raise InputError(
+            f"{name} has {spacing:g} samples from pulse to pulse at {rate:g} Hz, too few to tell "
+            "pulses: export it at the rate of its recording, as a table of pulse times, or the "
+            "speed in 1/min"
+        )
     if first.size < LEAST_PULSES:
         raise InputError(
             f"{name} has {first.size} pulses at {trigger:.3g} V, {LEAST_PULSES} are needed: check "
@@ -92,6 +116,46 @@ def pulse_times(
         )
     part = above[first] / (above[first] - above[first + 1])
     return np.asarray((first + part) / rate)
+
+
+def is_speed(signal: npt.ArrayLike) -> bool:
+    """Return whether a tacho channel is a speed in 1/min and no pulses."""
+    values = np.asarray(signal, dtype=float)
+    if values.size < 2 or not (values.min() > SLOWEST_RPM and values.max() < FASTEST_RPM):
+        return False
+    low, high = np.quantile(values, [TAIL, 1 - TAIL])
+    return bool(high - low < STEADY * low or _is_smooth(values))
+
+
+def _is_smooth(signal: RealArray) -> bool:
+    low, high = np.quantile(signal, [TAIL, 1 - TAIL])
+    in_middle = np.abs(signal - (low + high) / 2) < (high - low) / 4
+    return bool(
+        np.abs(np.diff(signal)).max() < SMOOTH_STEP * (high - low) and in_middle.mean() > MIDDLE
+    )
+
+
+def integrated_speed(rpm: npt.ArrayLike, rate: float, *, name: str = "tacho") -> PulseTrain:
+    """Return one pulse per revolution of a shaft whose speed was recorded.
+
+    Raises InputError: fewer than ten revolutions.
+
+    - `rpm` (n_sample,): its first sample is at time 0 [1/min]; see `is_speed`.
+
+    The angle is zero at the first sample: phases between channels of a run hold, those to a mark on
+    the shaft do not.
+    """
+    turned = cumulative_trapezoid(np.asarray(rpm, dtype=float) / 60, dx=1 / rate, initial=0.0)
+    number = np.arange(int(turned[-1]) + 1)
+    if number.size < LEAST_PULSES:
+        raise InputError(f"{name} has {turned[-1]:.1f} revolutions: measure for longer")
+    nothing = np.empty(0)
+    note = (
+        f"{name}: WARNING, the channel is a speed in 1/min and no pulses: it was integrated, so "
+        "phases to a mark on the shaft do not hold, and pulses_per_revolution has no say"
+    )
+    times = np.interp(number, turned, np.arange(turned.size) / rate)
+    return PulseTrain(name, times, number, 1, nothing, nothing, note=note)
 
 
 @checked(times="n", number="n", dropped="d", missing="m", correction="n")
@@ -104,7 +168,7 @@ class PulseTrain:
     - `dropped` (n_dropped,): times of the pulses left out [s].
     - `pulses_per_revolution`: pitches on the circumference, missing teeth included.
     - `missing` (n_missing,): times at which a pulse was due and none was trusted [s]. A displaced
-      pulse counts here and among the dropped.
+      pulse counts here and among the dropped; teeth that the wheel has not do not.
     - `correction` (n_pulse,), optional: angle of each pulse beyond even pitches, from the seam of a
       tape [revolutions].
     - `note`: what checks the pulses per revolution, or that nothing does.
@@ -200,6 +264,12 @@ def _trusted(raw: RealArray, pulses_per_revolution: int, name: str) -> PulseTrai
             "trigger level and the hysteresis"
         )
     absent = np.setdiff1d(np.arange(count[0], count[-1] + 1), count)
+    # no pulse is due where the wheel has no tooth
+    place = count % pulses_per_revolution
+    turns = (count[-1] - count[0]) / pulses_per_revolution
+    passed = np.bincount(place, minlength=pulses_per_revolution)
+    if turns >= LEAST_TURNS:
+        absent = absent[passed[absent % pulses_per_revolution] >= TOOTH_SEEN * turns]
     missing = np.interp(absent, count, kept)
     # the first pulse triggered is the zero mark, even if it is displaced and left out
     count = count - count[0] + round((kept[0] - raw[0]) / _local_period(kept, count)[0])

@@ -29,8 +29,9 @@ LEAST_CHANCE = 0.01
 """Number of patterns that damage at random would make, below which a pattern is believed."""
 MOST_PERIODS, MOST_STARTS = 24, 8
 """Periods, and marks to begin with, that are tried."""
-CLEARLY_MORE = 0.75
-"""Share of its marks that a shorter period has of those of a longer one, and is preferred."""
+CLEARLY_MORE, BY_LUCK = 0.75, 0.05
+"""Share of its marks that a shorter period has of those of a longer one, and is preferred; chance
+that the longer one has as many as it has, were the shorter one right, above which it is too."""
 WINDOW = 9
 """Intervals over which a shaft's speed is compared with itself."""
 ODD_STEP = 0.2
@@ -53,6 +54,15 @@ LEAST_SEAM = 0.03
 """Pitches by which a joint without odd step must differ to be corrected."""
 CLEAR = 5.0
 """Standard deviations of the other steps by which such a joint stands out."""
+IN_EVERY_TURN = 3.0
+"""Standard deviations of its own step from turn to turn by which it does."""
+CHANGED_SPEED = 1.02
+"""Ratio of the speeds of a record from which uneven pitches are told from samples."""
+MOST_STRIPES = 240
+"""Longest period that is looked for in uneven pitches [pulses]."""
+ALIKE, ONE_HARMONIC, MOSTLY = 0.8, 0.5, 0.9
+"""Correlation of both halves of a record from which uneven pitches come back; share of one harmonic
+from which they are an order of the shaft; share that a shorter period must have of all."""
 TRIMMED = 0.1
 """Share of the turns left out at each end: damaged steps. Half orders of the shaft alternate from
 turn to turn, so that a median would take the one or the other."""
@@ -123,10 +133,10 @@ def learn_pattern(times: RealArray, pulses_per_revolution: int, name: str) -> Wh
     coordinate, width, _ = _coordinate(times, whole=False)
     places = _marked_places(coordinate, width)
     if places is None:
-        return _unmarked(times, pulses_per_revolution, name)
-    steps, _ = _steps(times, places)
+        return _folded(times, pulses_per_revolution, name)
+    steps, _, _ = _steps(times, places)
     if not np.all(steps > 0):
-        return _unmarked(times, pulses_per_revolution, name)
+        return _folded(times, pulses_per_revolution, name)
     widths = steps / np.median(steps)
     n_place, whole = steps.size, np.maximum(1, np.rint(widths)).astype(int)
     odd = np.abs(widths - 1) > ODD_STEP
@@ -139,15 +149,28 @@ def learn_pattern(times: RealArray, pulses_per_revolution: int, name: str) -> Wh
     is_wheel = n_pitch > n_place and bool(
         np.all(np.abs(1 + excess[odd] / fitted - whole[odd]) < WHOLE_GAP) and uneven < EVEN_TEETH
     )
-    if stated == n_place and is_wheel:
-        raise _contradicted(name, stated, seen, n_pitch, "; missing teeth count as well")
+    if is_wheel and stated % n_place == 0 and stated % n_pitch and stated <= MOST_TURNS * n_place:
+        n_gap = stated // n_place
+        several = f" where the wheel has {n_gap} equal gaps, {n_pitch} where it has one"
+        raise _contradicted(
+            name,
+            stated,
+            seen,
+            n_gap * n_pitch,
+            f"{several if n_gap > 1 else ''}; missing teeth count as well",
+        )
     if stated == n_pitch and n_pitch > n_place:
         note = (
             f"{name}: {stated} pulses per revolution confirmed: {seen}, {places.n_turns} times, as "
-            f"of {n_pitch} pitches with {n_pitch - n_place} missing"
+            f"of {n_pitch} pitches with {n_pitch - n_place} missing; not checked is that the "
+            f"wheel has one such gap: with 2 equal gaps it has {2 * n_pitch}"
         )
         return note
     if stated != n_place:
+        # a seam at the edge of what counts as a mark shows as one in some turns only
+        folded = _folded(times, stated, name)
+        if isinstance(folded, WheelPattern):
+            return folded
         return _of_other_turns(n_place, n_pitch, stated, seen, is_wheel, name)
     if places.n_turns < LEAST_REVOLUTIONS:
         raise InputError(
@@ -160,14 +183,23 @@ def learn_pattern(times: RealArray, pulses_per_revolution: int, name: str) -> Wh
     return _evened(times, places, correction, note)
 
 
-def _unmarked(times: RealArray, stated: int, name: str) -> WheelPattern | str:
-    """Fold by the stated number where no mark comes back: uneven pitches may still tell."""
+def _folded(times: RealArray, stated: int, name: str) -> WheelPattern | str:
+    """Fold by the stated number where no mark shows it: a small seam or uneven pitches may."""
     coordinate, width, alone = _coordinate(times, whole=True)
     n_turns = int(coordinate[-1] // stated)
     unknown = (
         f"{name}: no gap or seam comes back with the revolution: the stated {stated} pulses per "
         "revolution cannot be checked with the tacho"
     )
+    other = _rough_period(times, coordinate, width)
+    seen = f"pitches that differ come back after every {other} pulses"
+    if other == 2 * stated:
+        return (
+            f"{name}: WARNING, {seen}, in every second revolution: right where half orders of an "
+            f"engine do so; else state {other}"
+        )
+    if other not in (0, stated):
+        raise _contradicted(name, stated, seen, other)
     if stated < LEAST_SLOTS:
         return unknown
     if n_turns < LEAST_REVOLUTIONS:
@@ -181,7 +213,7 @@ def _unmarked(times: RealArray, stated: int, name: str) -> WheelPattern | str:
         float(stated),
         n_turns,
     )
-    steps, error = _steps(times, places)
+    steps, error, scatter = _steps(times, places)
     if not np.all(steps > 0):
         return unknown
     odd = np.zeros(stated, dtype=bool)
@@ -190,16 +222,58 @@ def _unmarked(times: RealArray, stated: int, name: str) -> WheelPattern | str:
     odd[joint] = True
     fitted, excess, rest = _seams(steps, odd)
     share = float(excess[joint] / fitted)
-    if abs(share) > max(LEAST_SEAM, CLEAR * rest) and abs(excess[joint]) > CLEAR * error[joint]:
+    # a seam that is there in every second turn only, of a tape of twice the stripes, scatters
+    least = max(CLEAR * error[joint], IN_EVERY_TURN * scatter[joint])
+    if abs(share) > max(LEAST_SEAM, CLEAR * rest) and abs(excess[joint]) > least:
         note = _seam_note(name, stated, 1 + share, n_turns, rest)
         return _evened(times, places, _correction(fitted, excess), note)
-    scatter = float(np.sqrt(np.mean(error**2)) / pitch)
-    if uneven > max(VISIBLE, CLEAR * scatter):
+    if other and uneven > max(VISIBLE, CLEAR * float(np.sqrt(np.mean(error**2)) / pitch)):
         return (
             f"{name}: {stated} pulses per revolution confirmed: pitches that differ by "
             f"{100 * uneven:.2g} % rms come back with the revolution"
         )
     return unknown
+
+
+def _rough_period(times: RealArray, coordinate: RealArray, width: RealArray) -> int:
+    """Pulses after which uneven pitches come back, 0 where none do.
+
+    The first half of the record tells the second the same; low harmonics are left out, for a shaft
+    that turns unevenly has these, and so is one harmonic that outweighs the others. Of a shaft that
+    keeps its speed nothing is told: there, samples that do not fall on the pulses come back too.
+    """
+    usual = median_filter(np.diff(times), size=4 * WINDOW + 1, mode="mirror")
+    low, high = np.quantile(usual, [0.05, 0.95])
+    if high < CHANGED_SPEED * low:
+        return 0
+    count = np.rint(coordinate).astype(int)
+    uneven = np.full(count[-1], np.nan)
+    single = (np.diff(count) == 1) & (np.abs(width - 1) < ODD_STEP)
+    uneven[count[:-1][single]] = width[single] - 1
+    longest, largest, power = 0, VISIBLE, np.zeros(0)
+    for period in range(LEAST_SLOTS, 1 + min(MOST_STRIPES, uneven.size // LEAST_REVOLUTIONS)):
+        n_turn = uneven.size // period
+        turns = np.ma.masked_invalid(uneven[: n_turn * period].reshape(n_turn, period))
+        halves = [part.mean(axis=0) for part in np.array_split(turns, 2)]
+        if any(np.ma.count_masked(half) for half in halves):
+            continue
+        harmonics = np.fft.rfft(np.array(halves), axis=1)
+        harmonics[:, : 1 + min(4, period // LEAST_SLOTS)] = 0
+        first, second = np.sum(np.abs(harmonics) ** 2, axis=1)
+        size = np.sqrt(2 * min(first, second)) / period
+        if size <= largest:
+            continue
+        together = np.abs(harmonics.mean(axis=0)) ** 2
+        alike = np.real(np.vdot(*harmonics)) / np.sqrt(first * second)
+        n_free = 2 * np.count_nonzero(together)
+        least = max(ALIKE, np.tanh(CLEAR / np.sqrt(max(n_free - 3, 1))))
+        if alike > least:
+            longest, largest, power = period, size, together
+    if power.size == 0 or power.max() > ONE_HARMONIC * power.sum():
+        return 0
+    # what comes back several times within the period has harmonics of that multiple alone
+    several = [k for k in range(1, 1 + longest // LEAST_SLOTS) if longest % k == 0]
+    return min(longest // k for k in several if power[::k].sum() > MOSTLY * power.sum())
 
 
 def _refuse_single_seam(width: RealArray, n_turns: float, name: str) -> None:
@@ -243,13 +317,15 @@ def _of_other_turns(
 def _coordinate(times: RealArray, *, whole: bool) -> tuple[RealArray, RealArray, BoolArray]:
     """Pitches from the first pulse, width of each step, and False for each double pulse.
 
-    Steps that are nearly whole, or with `whole` all, are made whole, so that nothing adds up
-    between odd ones. A step that makes a pitch with the one behind it belongs to a double pulse.
+    Steps that are nearly one pitch become one, so that nothing adds up between odd ones; with
+    `whole` all become whole. Others keep their width: a seam that lies at the edge of what counts
+    as a whole number of pitches would have another width in every turn. A step that makes a pitch
+    with the one behind it belongs to a double pulse.
     """
     step = np.diff(times)
     step = step / median_filter(step, size=WINDOW, mode="mirror")
     nearest = np.maximum(np.rint(step), 1.0)
-    made = np.where(whole | (np.abs(step - nearest) < ODD_STEP), nearest, step)
+    made = np.where(whole | (np.abs(step - 1) < ODD_STEP), nearest, step)
     counted, alone, k = np.zeros(times.size), np.ones(times.size, dtype=bool), 0
     while k < step.size:
         length, pulses = made[k], 1
@@ -325,6 +401,8 @@ def _starts(
                 hits >= max(LEAST_MARKS, RECURRING * turns)
                 and chance < LEAST_CHANCE
                 and CLEARLY_MORE * share > most
+                # of all turns, a few in which nothing hid the mark have a larger share by luck
+                and binom.sf(hits - 1, max(turns, hits), most) < BY_LUCK
             ):
                 best, most = (begin, period, hits), share
     return best
@@ -379,10 +457,11 @@ def _present(pitch: RealArray, turn: IntArray) -> RealArray:
     return np.array([float(np.median(group)) for group in groups if group.size >= least])
 
 
-def _steps(times: RealArray, places: _Places) -> tuple[RealArray, RealArray]:
+def _steps(times: RealArray, places: _Places) -> tuple[RealArray, RealArray, RealArray]:
     """Angle of the step from each place to the next, and of the last to the first, sum 1.
 
-    The trimmed mean over the turns of their durations times the mean speed; its standard error.
+    The trimmed mean over the turns of their durations times the mean speed; its standard error;
+    half of the range that holds two thirds of the turns.
     """
     n_place = places.pitches.size
     at = np.flatnonzero(places.place >= 0)
@@ -399,12 +478,15 @@ def _steps(times: RealArray, places: _Places) -> tuple[RealArray, RealArray]:
     angle, from_place = angle[consecutive], from_place[consecutive]
     samples = [angle[from_place == place] for place in range(n_place)]
     if min(each.size for each in samples) == 0:
-        return np.full(n_place, np.nan), np.full(n_place, np.nan)
+        nothing = np.full(n_place, np.nan)
+        return nothing, nothing, nothing
     shares = np.array([trim_mean(each, TRIMMED) for each in samples])
     # the median of unsigned normal deviations is 1/1.4826 of their standard deviation
     spread = [1.4826 * np.median(np.abs(each - np.median(each))) for each in samples]
     error = np.array(spread) / np.sqrt([each.size for each in samples])
-    return np.asarray(shares / shares.sum()), np.asarray(error / shares.sum())
+    scatter = np.array([np.ptp(np.quantile(each, [1 / 6, 5 / 6])) / 2 for each in samples])
+    total = shares.sum()
+    return np.asarray(shares / total), np.asarray(error / total), np.asarray(scatter / total)
 
 
 def _seams(steps: RealArray, odd: BoolArray) -> tuple[float, RealArray, float]:

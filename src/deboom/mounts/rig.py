@@ -22,6 +22,9 @@ from deboom.mounts.characterised_mount import (
 )
 from deboom.mounts.mount import Mount
 
+LEAST_FALL, STRAIGHT, LEAST_LINES = 0.1, 0.1, 8
+"""Fall of Re K over its static value that may be a mass; rms of what a mass leaves of it over the
+fall [1]; lines that tell it. Rubber alone rises with frequency."""
 BLOCKED_DB = 20.0
 """By how much the input side must move more than the output side (ISO 10846-2 and -3) [dB]."""
 
@@ -82,6 +85,37 @@ class RigStiffness:
     valid: BoolArray
     complete: bool
     runs: tuple[str, ...]
+
+    @property
+    def series_mass(self) -> RealArray:
+        """Mass that Re K along each axis falls by as ``k − m ω²``, (3,) [kg]; 0 where it does not.
+
+        It lies between force cells and specimen, a flange, or is the specimen's own.
+        """
+        mass = np.zeros(len(AXES))
+        squared = (2 * np.pi * self.frequency) ** 2
+        for place in range(len(AXES)):
+            storage = self.stiffness[:, place, place].real
+            if self.frequency.size < LEAST_LINES or not np.isfinite(storage).all():
+                continue
+            slope, static = np.polyfit(squared, storage, 1)
+            fall = -slope * np.ptp(squared)
+            rest = float(np.std(storage - static - slope * squared))
+            if fall > LEAST_FALL * abs(static) and rest < STRAIGHT * fall:
+                mass[place] = -slope
+        return mass
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """One sentence per axis whose stiffness falls as by a mass."""
+        return tuple(
+            f"{', '.join(self.runs)}: Re K along {axis} falls with ω² as by {mass:.2g} kg between "
+            "force cells and specimen: state the flange there as flange_mass_kg, and force_side if "
+            "the cells are on the side of the shaker; without one, only lines far below that "
+            "resonance are stiffness"
+            for axis, mass in zip(AXES, self.series_mass, strict=True)
+            if mass
+        )
 
 
 def rig_stiffness(runs: Sequence[RigRun]) -> tuple[RigStiffness, ...]:
@@ -197,4 +231,11 @@ def rig_mount(
     mount = Mount(identity.mount, title, ("",), ((0.0, 0.0, 0.0),), AXES)
     excited = [series.valid[np.isfinite(series.amplitude)] for series in measured]
     valid = float(np.mean(np.concatenate(excited)))
-    return CharacterisedMount(identity, mount, tuple(directions), {"valid lines [1]": valid})
+    quality = {"valid lines [1]": valid} | {
+        f"mass seen in Re K along {axis} [kg]": float(mass)
+        for axis, mass in zip(
+            AXES, np.max([series.series_mass for series in measured], axis=0), strict=True
+        )
+        if mass
+    }
+    return CharacterisedMount(identity, mount, tuple(directions), quality)

@@ -230,22 +230,19 @@ def _with_palette(picture: Image) -> Image:
     Pillow's own k-means takes minutes for what has some ten thousand colours: it goes through all
     pixels until none changes. The colours are fewer, and a few rounds settle them to the eye.
     """
+    import pandas as pd
     from PIL import Image
     from scipy.spatial import cKDTree
 
-    # no dithering: it would make flat colours grainy
-    flat = picture.quantize(PALETTE, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
-    centres = np.array(flat.getpalette(), dtype=float).reshape(-1, 3)
     four_bytes = np.frombuffer(picture.tobytes("raw", "BGRX"), dtype="<u4")
-    packed = four_bytes.reshape(picture.height, picture.width) & 0xFFFFFF
-    used = np.zeros(2**24, dtype=bool)
-    used[packed] = True
-    colours = np.flatnonzero(used)
-    place = np.empty(2**24, dtype=np.uint32)
-    place[colours] = np.arange(len(colours))
-    shown = place[packed]
-    count = np.bincount(shown.ravel())
-    seen = np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=1).astype(float)
+    shown, colours = pd.factorize(four_bytes)
+    count = np.bincount(shown)
+    strip = np.stack([colours >> 16 & 255, colours >> 8 & 255, colours & 255], axis=1)
+    # of each colour once, not of each pixel; no dithering: it would make flat colours grainy
+    flat = Image.fromarray(strip.astype(np.uint8)[np.newaxis]).quantize(
+        PALETTE, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
+    )
+    centres, seen = np.array(flat.getpalette(), dtype=float).reshape(-1, 3), strip.astype(float)
     for _ in range(_ROUNDS):
         nearest = cKDTree(centres).query(seen)[1]
         weight = np.bincount(nearest, count, len(centres))

@@ -11,9 +11,12 @@ import base64
 import hashlib
 import json
 import math
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
+from functools import cache
 from importlib.resources import files
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -131,34 +134,102 @@ def render_interactive(front: InteractiveFront) -> str:
             f"All evaluated designs: {len(evaluated)} of {len(front.axes[0].values) - len(rows)}, "
             "with the values that the search saw; they have no curves."
         )
-    script = _text("page_parts.js") + _live_script(front.live) + _text(*_FRONT)
-    model = _text(*_MODEL)
+    return _page(front, facts, _json(front, rows, evaluated))
+
+
+def _page(front: object, facts: Sequence[str], data: str) -> str:
     return rendered(
         "interactive.html",
         {},
         front=front,
         facts=facts,
-        data=_json(front, rows, evaluated),
-        script=script,
-        model=model,
+        data=data,
+        scripts=_scripts(),
+        policy=script_policy(),
         style=_text("live.css"),
         live=_text("live.html"),
-        digests=[_digest(model), _digest(script)] if front.live else [_digest(script)],
     )
+
+
+@dataclass(frozen=True)
+class _Scripts:
+    """The program of the page: the same text in every page.
+
+    - `model`: the model, which a worker runs, too.
+    - `live`, `front`: the rest of a page with a model, and of one without.
+    """
+
+    model: str
+    live: str
+    front: str
+
+
+@cache
+def _scripts() -> _Scripts:
+    parts, front = _text("page_parts.js"), _text(*_FRONT)
+    # the live part is one constant, whose names are its own
+    live = f"const live = (() => {{\n{_text(*_LIVE)}}})();\n"
+    return _Scripts(
+        model=_text(*_MODEL),
+        live=parts + live + front,
+        front=f"{parts}const live = null;\n{front}",
+    )
+
+
+@cache
+def script_policy() -> str:
+    """Return the Content-Security-Policy under which these scripts run, no others, and offline."""
+    digests = " ".join(map(digest_of, astuple(_scripts())))
+    return (
+        f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src {digests}; "
+        "worker-src blob:"
+    )
+
+
+def digest_of(text: str) -> str:
+    """Return a script or a style as a Content-Security-Policy names it."""
+    digest = hashlib.sha256(text.encode("utf-8")).digest()
+    return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
+
+
+def is_interactive(page: str) -> bool:
+    """Tell whether a page is this one with other data: it has these scripts and these elements.
+
+    No policy keeps a page from leading elsewhere by itself, as ``<meta http-equiv="refresh">``
+    does; so a page that came from elsewhere may run scripts only if it has no element but ours.
+    """
+    tags = _tags(page)
+    return (
+        "\0" not in page
+        and any("\0" in tag for tag in tags)
+        and all(tag in _tags_of_page() or _PICTURE.fullmatch(tag) for tag in tags)
+    )
+
+
+_PICTURE = re.compile(
+    r'<img src="data:image/png;base64,[A-Za-z0-9+/=]*" alt="[^"<>]*" width="\d+" height="\d+">'
+)
+
+
+@cache
+def _tags_of_page() -> frozenset[str]:
+    words = dict.fromkeys(("title", "question", "not_live"), "words")
+    models = (None, LiveModel({}, {"none": np.empty(0)}))
+    pictures = [Picture(bytes(24), "alt", "caption")]
+    fronts = [SimpleNamespace(**words, live=live, pictures=pictures) for live in models]
+    return frozenset(tag for front in fronts for tag in _tags(_page(front, ["fact"], "{}")))
+
+
+def _tags(page: str) -> set[str]:
+    """Return all that begins with < up to its end; a script of ours belongs to its element."""
+    for script in astuple(_scripts()):
+        page = page.replace(f">{script}</script>", "\0>")
+    return set(re.findall("<[^<>]*>?", page))
 
 
 def _text(*names: str) -> str:
     home = files("deboom.report")
     return "".join(home.joinpath(name).read_text(encoding="utf-8") + "\n" for name in names)
-
-
-def _live_script(live: LiveModel | None) -> str:
-    """Return the live part as one constant, whose names are its own."""
-    return f"const live = (() => {{\n{_text(*_LIVE)}}})();\n" if live else "const live = null;\n"
-
-
-def _digest(script: str) -> str:
-    return base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
 
 
 def _shown(front: InteractiveFront) -> list[int]:

@@ -4,6 +4,7 @@
 const POLL_MS = 3000;
 const WIDTH = 440, HEIGHT = 300, LEFT = 78, BOTTOM = 44, TOP = 12, RIGHT = 14;
 const chosen = new Set();
+const when = run => run.started || run.name;
 let runs = [];
 
 async function fetched(path) {
@@ -43,6 +44,7 @@ function drawFront(block, front) {
 function addSearch(place, run, search) {
   const block = node(place, "div", { class: "search" });
   const of = search.planned ? ` of ${search.planned}` : "";
+  if (search.problem) return node(block, "p", { class: "warnings" }, search.problem);
   node(block, "h3", {}, `${run.study}, ${search.name}: generation ${search.generation}${of}, ${search.evaluated} designs`);
   if (search.front.length) drawFront(block, search.front);
   else node(block, "p", {}, "No design keeps the limits yet.");
@@ -62,7 +64,7 @@ async function showSearches() {
   for (const run of running) {
     const { searches } = await fetched(`/api/search?run=${encodeURIComponent(run.id)}`);
     for (const search of searches) addSearch(place, run, search);
-    if (!searches.length) node(place, "p", {}, `${run.study}, ${run.started}: no generation is complete yet.`);
+    if (!searches.length) node(place, "p", {}, `${run.study}, ${when(run)}: no generation is complete yet.`);
   }
   byId("running").hidden = running.length === 0;
   byId("searches").replaceChildren(place);
@@ -83,7 +85,7 @@ function addRun(rows, run) {
     showSideBySide();
   });
   node(row, "td", {}, run.study);
-  node(row, "td", { class: "when" }, run.started);
+  node(row, "td", { class: "when" }, when(run));
   node(row, "td", {}, run.state);
   node(row, "td", {}, run.special);
   const numbers = node(row, "td", { class: "headlines" });
@@ -116,7 +118,7 @@ function showSideBySide() {
   rows.replaceChildren();
   const head = node(table.tHead, "tr");
   node(head, "th");
-  for (const run of compared) node(head, "th", { scope: "col" }, `${run.study}, ${run.started}`);
+  for (const run of compared) node(head, "th", { scope: "col" }, `${run.study}, ${when(run)}`);
   const facts = compared.map(run => ({ ...run.options, ...run.headlines }));
   for (const name of new Set(facts.flatMap(Object.keys))) {
     const values = facts.map(fact => fact[name] ?? "–");

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 from importlib.resources import files
+
+from deboom.report.interactive import digest_of
 
 _FOLDER = "deboom.report"
 
@@ -18,12 +18,7 @@ def live_results_page() -> tuple[str, str]:
     page = parts.joinpath("live_results.html").read_text(encoding="utf-8")
     text = page.replace("/* style */", style).replace("/* script */", script)
     policy = (
-        f"default-src 'none'; script-src {_hash(script)}; style-src {_hash(style)}; "
+        f"default-src 'none'; script-src {digest_of(script)}; style-src {digest_of(style)}; "
         "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     )
     return text, policy
-
-
-def _hash(text: str) -> str:
-    digest = hashlib.sha256(text.encode("utf-8")).digest()
-    return f"'sha256-{base64.b64encode(digest).decode()}'"

@@ -12,7 +12,7 @@ from deboom.report.report import rendered
 class RunCard:
     """What the page says of one run.
 
-    - `question`, `state`, `started` (UTC), `seed`: of the run.
+    - `question`, `state`, `started` (UTC; empty where nothing says it), `seed`: of the run.
     - `headlines`: label → value with its unit.
     - `folder`, `report`, `interactive`: links relative to the page; empty where there is none.
     - `special`: what sets it apart from the study's other runs, in one line; may be empty.

@@ -70,7 +70,7 @@ def write_interactive_page(
             page = overlaid(page, interactive_front(supplier_study(beside, studies, study.pick)))
         page = with_evaluated(page, study)
     html = render_interactive(page)
-    place = made_folder(entry.folder if out is None else out)
+    place = made_folder(entry.writable() if out is None else out)
     path = place / INTERACTIVE
     replace_bytes(path, html.encode("utf-8"))
     return path

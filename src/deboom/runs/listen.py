@@ -65,7 +65,7 @@ def write_run_ups(
     pressure = model.pressure(np.array(list(designs.values())))
     rows = np.moveaxis(pressure, 1, 0).reshape(-1, pressure.shape[-1])
     sounds, scale = run_up_files(rows, model.frequency, seconds, RUN_UP_RATE)
-    place = made_folder(path_inside(run.entry.folder, "listen") if out is None else out)
+    place = made_folder(run.entry.writable("listen") if out is None else out)
     paths = []
     names = [f"{vehicle} {name}.wav" for vehicle in model.response_names for name in designs]
     for name, sound in zip(names, sounds, strict=True):

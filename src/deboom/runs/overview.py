@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,16 +13,16 @@ from deboom.common import option_name
 from deboom.errors import InputError
 from deboom.files.disk import read_json, replace_text
 from deboom.files.run_folder import RunEntry, check_files, readable_runs
+from deboom.names import path_inside
+from deboom.report import PAGE, SUMMARY
 from deboom.report.overview import RunCard, render_overview
 
 INDEX = "index.html"
 INTERACTIVE = "interactive.html"
-SUMMARY = "summary.json"
 THUMBNAILS = ("spl_curves", "who_gains", "pareto_front", "sobol", "box", "families", "allocation")
 """Pictures that stand for a run, the first of them that it has."""
 SHEETS = ("supplier/*.html", "supplier_sheet.html")
 """Pages for a supplier in a run's folder."""
-_STARTED = re.compile(r"(\d{4}-\d\d-\d\d)_(\d\d)(\d\d)(\d\d)")
 
 
 def run_cards(entries: Sequence[RunEntry], results: Path) -> list[RunCard]:
@@ -50,37 +49,49 @@ def run_cards(entries: Sequence[RunEntry], results: Path) -> list[RunCard]:
 
 def _card(entry: RunEntry, results: Path, special: Mapping[str, Any]) -> RunCard:
     record = entry.record
-    match = _STARTED.match(entry.name)
-    day, hour, minute, second = match.groups() if match else (entry.name, "", "", "")
     folder = quote(entry.folder.relative_to(results).as_posix())
-    page = entry.folder / "report.html"
+    links = {
+        name: f"{folder}/{name}" if any(files_of(entry, name)) else ""
+        for name in (PAGE, INTERACTIVE)
+    }
     return RunCard(
         study=entry.study,
         name=entry.name,
         question=str(record.get("question", "")),
         state=entry.state,
-        started=f"{day} {hour}:{minute}:{second}" if match else day,
+        started=entry.started,
         seed=int(record.get("seed", 0)),
         headlines=headlines(entry),
         folder=folder,
-        report=f"{folder}/report.html" if page.is_file() else "",
-        interactive=f"{folder}/{INTERACTIVE}" if (entry.folder / INTERACTIVE).is_file() else "",
+        report=links[PAGE],
+        interactive=links[INTERACTIVE],
         special=", ".join(f"{name} {value}" for name, value in special.items()),
-        call=command_of({"study": entry.study, **record}),
+        call=command_of({**record, "study": entry.study}),
         platform=Path(str(record.get("arguments", {}).get("platform") or "")).name,
         verdict=str(record.get("verdict") or ""),
-        thumbnail=_thumbnail(entry.folder, folder),
+        thumbnail=_thumbnail(entry, folder),
         sheets={
             sheet.stem: f"{folder}/{quote(sheet.relative_to(entry.folder).as_posix())}"
             for place in SHEETS
-            for sheet in sorted(entry.folder.glob(place))
+            for sheet in files_of(entry, place)
         },
     )
 
 
-def _thumbnail(run: Path, folder: str) -> str:
+def files_of(entry: RunEntry, pattern: str) -> Iterator[Path]:
+    """Yield the files of a run by their names; none that a link leads out of it."""
+    for path in sorted(entry.folder.glob(pattern)):
+        try:
+            path_inside(entry.folder, path.relative_to(entry.folder).as_posix())
+        except InputError:
+            continue
+        if path.is_file():
+            yield path
+
+
+def _thumbnail(entry: RunEntry, folder: str) -> str:
     """Return the link to the picture that stands for a run; empty where it has none."""
-    pictures = {path.stem: path for path in sorted(run.glob("figures/*.png"))}
+    pictures = {path.stem: path for path in files_of(entry, "figures/*.png")}
     stem = next((stem for stem in THUMBNAILS if stem in pictures), next(iter(pictures), ""))
     return f"{folder}/figures/{quote(pictures[stem].name)}" if stem else ""
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from deboom.files.run_folder import LATEST, UNFINISHED, CheckpointFolder, Run, hash_files
+from deboom.names import path_inside
 from deboom.runs.second_process import SecondProcess
 
 
@@ -32,10 +33,11 @@ class RunContext:
 
         - `inputs`: every file that the search depends on.
         - `name`: folder within the run; each search of a run has its own.
-        - raises InputError: an input file that has changed since the run began, or cannot be read.
+        - raises InputError: an input file that has changed since the run began, or cannot be read;
+          a link that leads out of the run.
         """
         hashes = hash_files(inputs, relative_to=self.relative_to)
-        return CheckpointFolder(self.run.folder / name, hashes)
+        return CheckpointFolder(path_inside(self.run.folder, name), hashes)
 
 
 def run_name(context: RunContext | None, study: str) -> str:

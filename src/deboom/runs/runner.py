@@ -407,8 +407,8 @@ def _changes_of_code(entry: RunEntry, record: Mapping[str, Any]) -> list[str]:
 
 
 def _versions(environment: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    yield "Python", environment["python"]
-    yield from environment["packages"].items()
+    yield "Python", environment.get("python", "unknown")
+    yield from environment.get("packages", {}).items()
     yield "sources of deboom", environment.get("sources_sha256", "unknown")[:SHORT_HASH]
 
 
@@ -516,6 +516,7 @@ def _save(
         run.save_bytes(name, content)
     used = {
         **record,
+        "started": run.started,
         "facts": report.facts,
         "inputs_sha256": dict(inputs),
         "wall_time_s": round(time.perf_counter() - begin, 3),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import secrets
 import shlex
 import threading
@@ -18,7 +20,6 @@ from starlette.requests import HTTPConnection, Request
 from starlette.responses import (
     FileResponse,
     HTMLResponse,
-    JSONResponse,
     PlainTextResponse,
     RedirectResponse,
     Response,
@@ -30,11 +31,22 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.front import nondominated
-from deboom.files.disk import read_json
-from deboom.files.run_folder import CheckpointFolder, RunEntry, read_record, readable_runs
+from deboom.explore.robust import kept_values
+from deboom.files.disk import read_text
+from deboom.files.run_folder import (
+    DAMAGED,
+    RECORD,
+    SEARCH,
+    CheckpointFolder,
+    RunEntry,
+    read_record,
+    readable_runs,
+)
 from deboom.names import path_inside
+from deboom.report import PAGE
+from deboom.report.interactive import is_interactive, script_policy
 from deboom.report.live_results import live_results_page
-from deboom.runs.overview import options, run_cards
+from deboom.runs.overview import files_of, options, run_cards
 
 TOKEN_BYTES = 24
 """Random bytes of the address that is printed, and of the paths of files; nobody guesses them."""
@@ -46,68 +58,110 @@ _GUARDS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
-# A page of a results folder may come from elsewhere: it gets an origin of its own, so that it
-# reads nothing of this address, neither by a connection nor through a frame or a window. Its links
-# and pictures come from that origin, too: they may, and scripts still cannot read them.
+# A file of a results folder may come from elsewhere: a page gets an origin of its own, so that it
+# reads nothing of this address, and no scripts, without which it goes nowhere by itself. Links and
+# pictures of the overview come from that origin, too: they may, and no script can read them.
 _FILE_GUARDS = {
     **_GUARDS,
     "Cross-Origin-Resource-Policy": "cross-origin",
-    "Content-Security-Policy": "sandbox allow-scripts allow-downloads; connect-src 'none'; "
-    "frame-src 'none'; form-action 'none'; frame-ancestors 'none'",
+    "X-DNS-Prefetch-Control": "off",
 }
+_NO_FRAMES = "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+_PASSIVE = (
+    "default-src 'none'; img-src 'self' data:; media-src 'self' data:; style-src 'unsafe-inline'; "
+    + _NO_FRAMES
+)
+
+
+_KINDS = {
+    ".csv": "text/csv",
+    ".json": "application/json",
+    ".md": "text/plain",
+    ".png": "image/png",
+    ".txt": "text/plain",
+    ".wav": "audio/wav",
+}
+"""Files that a browser shows; it saves the others: an SVG or a PDF may do what a page does."""
+_CONNECTS = re.compile(r"<(?=(i?frame|link)\b)", re.IGNORECASE)
+"""Elements for which browsers open a connection elsewhere, even where nothing may be loaded."""
+
+
+def file_answer(path: Path) -> Response:
+    """Return a file as it is; of pages, the scripts of `is_interactive` alone run.
+
+    - raises InputError: a page that is no UTF-8 text.
+    """
+    if path.suffix != ".html":
+        kind = _KINDS.get(path.suffix, "application/octet-stream")
+        return FileResponse(path, media_type=kind, headers=_file_guards(_PASSIVE))
+    page = read_text(path)
+    if is_interactive(page):
+        policy = f"sandbox allow-scripts allow-downloads; {script_policy()}; {_NO_FRAMES}"
+    else:
+        policy = f"sandbox allow-downloads; {_PASSIVE}"
+    return HTMLResponse(_CONNECTS.sub("&lt;", page), headers=_file_guards(policy))
+
+
+def _file_guards(policy: str) -> dict[str, str]:
+    return {**_FILE_GUARDS, "Content-Security-Policy": policy}
 
 
 @dataclass
 class SearchProgress:
     """Front of a search as far as its evaluations are on disk; `update` reads what is new.
 
-    - `folder`: with ``evaluations`` and ``search.json``.
+    - `folder`: with ``evaluations`` and ``search.json``; `variables`: of its designs.
     - `generation`: the last that was read; `evaluated`: designs so far.
     - `designs` (n, n_variables), `sums` (n, 2): nondominated designs without a limit that is
       missed, and their sums of mean and of sigma over the responses [unit of the responses].
     """
 
     folder: Path
+    variables: tuple[str, ...]
     generation: int = 0
     evaluated: int = 0
-    designs: RealArray | None = None
-    sums: RealArray | None = None
+    designs: RealArray = field(init=False)
+    sums: RealArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.designs, self.sums = np.empty((0, len(self.variables))), np.empty((0, 2))
 
     def update(self) -> None:
         """Read the generations that were kept since the last time.
 
         - raises InputError: a damaged file.
         """
-        inputs = read_json(self.folder / "inputs.json", "start a new run")
-        checkpoint = CheckpointFolder(self.folder, inputs)
+        checkpoint = CheckpointFolder(self.folder)
         while (arrays := checkpoint.kept(self.generation + 1)) is not None:
+            values = kept_values(arrays)
+            sums = np.column_stack([values.mean_sum, values.sigma_sum])[values.feasible]
+            designs = values.designs[values.feasible]
+            fits = designs.shape[1] == len(self.variables)
+            if not (fits and np.isfinite(sums).all() and np.isfinite(designs).all()):
+                raise InputError(
+                    f"{self.folder}: generation {self.generation + 1} is of other variables or not "
+                    f"finite: {DAMAGED}"
+                )
             self.generation += 1
-            self.evaluated += len(arrays["designs"])
-            feasible = ~arrays["failed"] & np.all(arrays["excess"] <= 0.0, axis=1)
-            sums = np.column_stack([arrays["mean_sum"], arrays["sigma_sum"]])[feasible]
-            designs = arrays["designs"][feasible]
-            if self.sums is not None and self.designs is not None:
-                sums = np.concatenate([self.sums, sums])
-                designs = np.concatenate([self.designs, designs])
+            self.evaluated += len(values)
+            sums = np.concatenate([self.sums, sums])
+            designs = np.concatenate([self.designs, designs])
             if len(sums):
                 kept = nondominated(sums)
                 order = np.argsort(sums[kept][:, 0], kind="stable")
                 self.sums, self.designs = sums[kept][order], designs[kept][order]
 
-    def as_json(self, variables: list[str]) -> dict[str, Any]:
+    def as_json(self) -> dict[str, Any]:
         """Return what the page draws: the front, and the designs at its ends."""
-        empty = self.sums is None or self.designs is None
-        sums = np.empty((0, 2)) if self.sums is None else self.sums
         ends: dict[str, dict[str, float]] = {}
-        if not empty and self.designs is not None:
+        if len(self.sums):
             for pick, column in ((Pick.best_mean, 0), (Pick.best_sigma, 1)):
-                design = self.designs[sums[:, column].argmin()]
-                ends[pick.value] = dict(zip(variables, map(float, design), strict=True))
+                design = self.designs[self.sums[:, column].argmin()]
+                ends[pick.value] = dict(zip(self.variables, map(float, design), strict=True))
         return {
-            "name": self.folder.name,
             "generation": self.generation,
             "evaluated": self.evaluated,
-            "front": sums.tolist(),
+            "front": self.sums.tolist(),
             "ends": ends,
         }
 
@@ -125,7 +179,7 @@ class ResultsFolder:
 
     folder: Path
     address: str
-    searches: dict[Path, SearchProgress] = field(default_factory=dict)
+    searches: dict[tuple[Path, tuple[str, ...]], SearchProgress] = field(default_factory=dict)
     records: dict[Path, tuple[tuple[int, int], dict[str, Any]]] = field(default_factory=dict)
     reading: threading.Lock = field(default_factory=threading.Lock)
 
@@ -153,8 +207,8 @@ class ResultsFolder:
 
     def pages(self, entry: RunEntry) -> Iterator[dict[str, str]]:
         """Yield title and address of the pages of a run, its report first."""
-        pages = [*sorted(entry.folder.glob("*.html")), *sorted(entry.folder.glob("*/*.html"))]
-        pages.sort(key=lambda path: path.name != "report.html")
+        pages = [*files_of(entry, "*.html"), *files_of(entry, "*/*.html")]
+        pages.sort(key=lambda path: path.name != PAGE)
         for path in pages[:MOST_PAGES]:
             name = path.relative_to(entry.folder).as_posix().removesuffix(".html")
             yield {"title": name, "url": self.address_of(path)}
@@ -175,23 +229,30 @@ class ResultsFolder:
         return kept[1]
 
     def search(self, run: str) -> dict[str, Any]:
-        """Return the searches of a run as they are now.
+        """Return the searches of a run as they are now, each with its problem where it has one.
 
-        - raises InputError: no such run, or a damaged file of it.
+        - raises InputError: no such run, or a damaged record of it.
         """
         folder = path_inside(self.folder, run)
-        if not (folder / "run.json").is_file():
-            raise InputError(f"{self.folder} has no run {run}: `deboom list` shows them")
-        record = self.record(folder / "run.json")
-        planned = record.get("arguments", {}).get("generations")
+        record = self.record(path_inside(folder, RECORD))
+        planned = record["arguments"].get("generations")
         searches = []
-        for facts in sorted(folder.glob("*/search.json")):
-            variables = read_json(facts, "start a new run")["variables"]
-            with self.reading:
-                progress = self.searches.setdefault(facts.parent, SearchProgress(facts.parent))
-                progress.update()
-                searches.append(progress.as_json(variables) | {"planned": planned})
+        for facts in sorted(folder.glob(f"*/{SEARCH}")):
+            answer = {"name": facts.parent.name, "planned": planned, "problem": ""}
+            try:
+                answer |= self._progress(path_inside(folder, facts.parent.name))
+            except InputError as error:
+                answer["problem"] = str(error)
+            searches.append(answer)
         return {"searches": searches}
+
+    def _progress(self, folder: Path) -> dict[str, Any]:
+        facts = CheckpointFolder(folder).load() or {}
+        key = folder, tuple(facts.get("variables", ()))
+        with self.reading:
+            progress = self.searches.setdefault(key, SearchProgress(*key))
+            progress.update()
+            return progress.as_json()
 
 
 def _from_here(folder: Path) -> str:
@@ -243,14 +304,19 @@ class LoopbackOnly:
         # cookies of one host go to all of its ports: each server has a name for its token
         name = f"deboom{headers['host'].rpartition(':')[2]}"
         query = QueryParams(scope.get("query_string", b""))
-        if secrets.compare_digest(query.get("token", ""), self.token):
+        if _is_equal(query.get("token", ""), self.token):
             answer = RedirectResponse(scope["path"] or "/", status_code=303, headers=_GUARDS)
             answer.set_cookie(name, self.token, httponly=True, samesite="strict")
             return answer
         cookie = HTTPConnection(scope).cookies.get(name, "")
-        if not secrets.compare_digest(cookie, self.token):
+        if not _is_equal(cookie, self.token):
             return _refusal(403, "open the whole address that deboom serve printed")
         return self.app
+
+
+def _is_equal(text: str, secret: str) -> bool:
+    """Compare in a time that does not depend on where texts differ, which may be any text."""
+    return secrets.compare_digest(text.encode("utf-8", "replace"), secret.encode("utf-8"))
 
 
 def _refusal(status: int, sentence: str) -> Response:
@@ -283,13 +349,16 @@ def results_app(results: Path, *, token: str, authorities: frozenset[str]) -> AS
         name = request.path_params["name"]
         try:
             path = path_inside(results, name)
-        except InputError:
-            return _refusal(404, "there is no such file in the results folder")
-        if any(part.startswith(".") for part in Path(name).parts) or not path.exists():
-            return _refusal(404, "there is no such file in the results folder")
-        if path.is_dir():
-            return _json(sorted(each.name for each in path.iterdir() if each.name[0] != "."))
-        return FileResponse(path, headers=_FILE_GUARDS)
+            hidden = any(part.startswith(".") for part in Path(name).parts)
+            if not hidden and path.is_dir():
+                return _json(sorted(each.name for each in path.iterdir() if each.name[0] != "."))
+            if not hidden and path.is_file():  # a pipe is none
+                return file_answer(path)
+        except OSError:
+            pass  # as if it were not there
+        except InputError as error:
+            return _refusal(404, str(error))
+        return _refusal(404, "there is no such file in the results folder")
 
     routes = [
         Route("/", page),
@@ -301,7 +370,9 @@ def results_app(results: Path, *, token: str, authorities: frozenset[str]) -> AS
 
 
 def _json(content: Mapping[str, Any] | list[str]) -> Response:
-    return JSONResponse(content, headers=_GUARDS)
+    # names of files may hold bytes that are no letters: JSON has escapes for them, UTF-8 none
+    text = json.dumps(content, allow_nan=False)
+    return Response(text, media_type="application/json", headers=_GUARDS)
 
 
 def serve_results(results: Path, *, port: int) -> Iterator[str]:

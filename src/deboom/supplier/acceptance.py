@@ -85,6 +85,9 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
         )
     if not delivery.predicted:
         report.warn("No platform was given (--platform): the cars' levels are not predicted.")
+    for process in delivery.processes:
+        if process.words(ENGLISH):
+            report.warn(f"{process.words(ENGLISH)}.")
     report.assume(*delivery.assumed)
     if not delivery.same_data:
         report.warn(
@@ -228,7 +231,12 @@ def _capability(report: Report, delivery: Delivery) -> None:
             else ""
         ),
     )
-    report.table("capability", _capability_table(delivery), "One row per batch and limited axis.")
+    report.table(
+        "capability",
+        _capability_table(delivery),
+        "One row per batch and limited axis, and one for all batches of a mount, whose scatter is "
+        "overall: what batches differ by is in it.",
+    )
 
 
 def _levels(report: Report, delivery: Delivery) -> None:
@@ -303,32 +311,41 @@ def _batch_table(delivery: Delivery) -> pd.DataFrame:
 
 
 def _capabilities(delivery: Delivery, language: str) -> pd.DataFrame:
-    """One row per batch and limited axis, by keys: mean, scatter, Cp and Cpk with lower bounds.
+    """One row per batch and limited axis, by keys, and one for all batches of a mount.
 
-    Where a Cpk was demanded, it stands there with what the sample says of it.
+    Mean, scatter, Cp and Cpk with lower bounds. Where a Cpk was demanded, it stands there with
+    what the sample says of it.
     """
+    measured_of = [
+        (batch.mount, batch.name, axis, measured)
+        for batch in delivery.batches
+        for axis, measured in batch.capabilities.items()
+    ]
+    measured_of += [
+        (each.mount, said("all batches", language, n=each.n_batches), each.axis, each.overall)
+        for each in delivery.processes
+    ]
     rows: list[dict[str, object]] = []
-    for batch in delivery.batches:
-        for axis, measured in batch.capabilities.items():
-            variable = delivery.demand.variable(f"{batch.mount} {axis}")
-            row: dict[str, object] = {
-                "batch": f"{batch.mount} {batch.name}",
-                "axis": axis,
-                "parts": measured.n,
-                "from_ratio": variable.lower,
-                "to_ratio": variable.upper,
-                "mean_ratio": measured.mean,
-                "sigma_of_mean": PERCENT * measured.sigma / measured.mean,
-                "cp": measured.cp,
-                "cp_bound": measured.cp_bound,
-                "cpk_measured": measured.cpk,
-                "cpk_bound": measured.cpk_bound,
-            }
-            verdict = delivery.demand.capability_verdict(measured)
-            if verdict is not None:
-                row |= {"cpk_demanded": delivery.demand.cpk}
-                row |= {"cpk_verdict": said(verdict.value, language)}
-            rows.append(row | {"outside": PERCENT * measured.expected_outside})
+    for mount, name, axis, measured in measured_of:
+        variable = delivery.demand.variable(f"{mount} {axis}")
+        row: dict[str, object] = {
+            "batch": f"{mount} {name}",
+            "axis": axis,
+            "parts": measured.n,
+            "from_ratio": variable.lower,
+            "to_ratio": variable.upper,
+            "mean_ratio": measured.mean,
+            "sigma_of_mean": PERCENT * measured.sigma / measured.mean,
+            "cp": measured.cp,
+            "cp_bound": measured.cp_bound,
+            "cpk_measured": measured.cpk,
+            "cpk_bound": measured.cpk_bound,
+        }
+        verdict = delivery.demand.capability_verdict(measured)
+        if verdict is not None:
+            row |= {"cpk_demanded": delivery.demand.cpk}
+            row |= {"cpk_verdict": said(verdict.value, language)}
+        rows.append(row | {"outside": PERCENT * measured.expected_outside})
     return pd.DataFrame(rows, columns=None if rows else ["batch", "axis"])
 
 
@@ -386,6 +403,8 @@ def supplier_verdict(delivery: Delivery, language: Literal["en", "de"], judged_o
     if any(batch.capabilities for batch in delivery.batches):
         page.section(say("Capability", "Prozessfähigkeit"))
         show(page, _capabilities(delivery, language).drop(columns="outside"))
+        drifts = [process.words(language) for process in delivery.processes]
+        page.text(" ".join(f"{words}." for words in drifts if words))
     others = [judged for judged in delivery.parts if judged.verdict is not PartVerdict.passed]
     if others:
         page.section(say("Parts that do not pass", "Teile, die nicht bestehen"))

@@ -9,6 +9,7 @@ from enum import Enum
 
 import numpy as np
 import pandas as pd
+from scipy.stats import linregress
 
 from deboom.arrays import RealArray
 from deboom.common import CONFIDENCE, N_PER_MM
@@ -36,6 +37,10 @@ PROCESSES, CARS = 100, 256
 """Processes that a batch may come from, and cars of each, for the predicted levels."""
 INTERVAL = (0.05, 0.95)
 """Of predicted shares [1]."""
+
+
+FEWEST_BATCHES, BY_CHANCE = 4, 0.05
+"""Batches that tell a drift, and the p-value of their slope from which it is none."""
 
 
 class PartVerdict(Enum):
@@ -171,12 +176,20 @@ class Batch:
         }
 
     @property
+    def not_normal(self) -> tuple[str, ...]:
+        """Axes whose parts contradict the normal law that shares and bounds rest on."""
+        return tuple(axis for axis, each in self.capabilities.items() if not each.normal)
+
+    @property
     def verdict(self) -> PartVerdict:
-        """Failed with a part outside; passed if all pass and enough pieces beyond doubt will."""
+        """Failed with a part outside; passed if all pass and enough pieces beyond doubt will.
+
+        Of parts that contradict the normal law, nothing is known beyond those that were measured.
+        """
         if self.counts[PartVerdict.failed]:
             return PartVerdict.failed
         proven = self.pieces is not None and self.pieces.low >= self.share_stated
-        if proven and not self.counts[PartVerdict.undecided]:
+        if proven and not self.not_normal and not self.counts[PartVerdict.undecided]:
             return PartVerdict.passed
         return PartVerdict.undecided
 
@@ -188,11 +201,45 @@ class Batch:
             words.append(said("parts outside", language, n=n, of=of))
         elif counts[PartVerdict.undecided]:
             words.append(said("parts near", language, n=counts[PartVerdict.undecided]))
-        elif self.verdict is PartVerdict.undecided:
+        elif self.verdict is PartVerdict.undecided and not self.not_normal:
             words.append(said("too few parts", language))
+        if self.not_normal:
+            words.append(said("not normal", language, axes=", ".join(self.not_normal)))
         if self.cars is not None and self.cars.within.high < self.share_stated:
             words.append(said("corner", language))
         return "; ".join(words)
+
+
+@dataclass(frozen=True)
+class Process:
+    """All batches of a mount along one axis, in the order of the table.
+
+    - `overall`: capability of all parts; its Cp and Cpk are Pp and Ppk.
+    - `smallest_within`: smallest Cpk of a single batch [1].
+    - `drift`: change of the mean from batch to batch, over the mean; nan of fewer than
+      `FEWEST_BATCHES`, and where chance explains it [1].
+    """
+
+    mount: str
+    axis: str
+    n_batches: int
+    overall: Capability
+    smallest_within: float
+    drift: float
+
+    def words(self, language: str) -> str:
+        """Say what batch by batch does not show; empty where the batches are alike."""
+        if not np.isfinite(self.drift):
+            return ""
+        return said(
+            "drift",
+            language,
+            axis=f"{self.mount} {self.axis}",
+            drift=in_language(f"{100 * self.drift:+.1f}", language),
+            n=self.n_batches,
+            ppk=in_language(f"{self.overall.cpk:.2f}", language),
+            cpk=in_language(f"{self.smallest_within:.2f}", language),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -313,6 +360,37 @@ class Delivery(Tabled):
     def parts(self) -> tuple[JudgedPart, ...]:
         """All parts."""
         return tuple(part for batch in self.batches for part in batch.parts)
+
+    @property
+    def processes(self) -> tuple[Process, ...]:
+        """All batches of a mount together, by axis, where it has two batches or more."""
+        processes = []
+        for mount in dict.fromkeys(batch.mount for batch in self.batches):
+            batches = [batch for batch in self.batches if batch.mount == mount]
+            within = [batch.capabilities for batch in batches if batch.capabilities]
+            if len(batches) < 2 or not within:
+                continue
+            for axis in within[0]:
+                values = [[part.factors[axis] for part in batch.parts] for batch in batches]
+                means = np.array([np.mean(each) for each in values])
+                drift = float("nan")
+                if len(batches) >= FEWEST_BATCHES:
+                    line = linregress(np.arange(len(batches)), means)
+                    drift = line.slope / means.mean() if line.pvalue < BY_CHANCE else drift
+                variable = self.demand.variable(f"{mount} {axis}")
+                processes.append(
+                    Process(
+                        mount=mount,
+                        axis=axis,
+                        n_batches=len(batches),
+                        overall=capability(
+                            np.concatenate(values), variable.lower, variable.upper, CONFIDENCE
+                        ),
+                        smallest_within=min(each[axis].cpk for each in within),
+                        drift=float(drift),
+                    )
+                )
+        return tuple(processes)
 
     @property
     def table(self) -> pd.DataFrame:

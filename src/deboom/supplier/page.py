@@ -234,7 +234,7 @@ def written_sheets(
     entry: RunEntry, out: Path | None, contents: Mapping[str, bytes], missing: tuple[str, ...]
 ) -> WrittenSheets:
     """Write the files of a sheet; one that was issued is not overwritten."""
-    place = path_inside(entry.folder, "supplier") if out is None else out
+    place = entry.writable("supplier") if out is None else out
     refuse_all(
         f"{path_inside(place, name)} is there, and a sheet that was issued is not overwritten: "
         "give another folder with --out, and the sheet that it follows with --since"

@@ -339,7 +339,7 @@ class FlexibleMotion(CoupledMotion):
 
     def at_lines(self, lines: IntArray) -> FlexibleMotion:
         """Return the equations of motion of some lines only."""
-        rigid = super().at_lines(lines)
+        rigid = CoupledMotion(**vars_of(self)).at_lines(lines)
         return FlexibleMotion(**vars_of(rigid), receptance=self.receptance[:, lines])
 
     def with_loss_factors(self) -> FlexibleMotion:

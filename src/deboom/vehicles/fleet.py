@@ -117,7 +117,8 @@ def _check_receptance(vehicle: str, receptance: Frf, paths: Sequence[str]) -> No
     taken = (loss * np.abs(loss)).sum(axis=0) / np.maximum((loss**2).sum(axis=0), _TINY)
     # a flat negative real part is a negative stiffness; that of a mass falls with the frequency
     real = values.real.diagonal(axis1=1, axis2=2)
-    flat = real.sum(axis=0) / (np.linalg.norm(real, axis=0) * np.sqrt(len(real)))
+    size = np.linalg.norm(real, axis=0) * np.sqrt(len(real))
+    flat = real.sum(axis=0) / np.maximum(size, _TINY)
     taken = np.where((len(real) >= FEWEST_LINES) & (flat < -FLAT), -1.0, taken)
     if np.any(taken < UNLIKE):
         raise InputError(

@@ -1,0 +1,156 @@
+"""Expected changes by draws: against the model where nothing is left open, and what they refuse."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from deboom.bench.layout import LOAD_CASES
+from deboom.bench.platform_writer import write_platform
+from deboom.errors import InputError
+from deboom.files.platform import read_platform
+from deboom.files.uncertain_index import uncertain_index
+from deboom.vehicles import change_prior as prior
+from deboom.vehicles import expected_change as expected
+from deboom.vehicles.booming_model import Motion, booming_model
+from deboom.vehicles.expected_change import Information, change_draws, expected_change, stated
+from deboom.vehicles.fleet import Fleet
+from samples.driven_cars import BAND, CASE, GROUP, coupled_model
+
+RUN = tuple(case for case in LOAD_CASES if case.name == CASE)
+PICKS = np.ones((2, 12))
+PICKS[0, :10] = [0.8, 1.2, 0.9, 1.1, 0.85, 0.8, 0.9, 1.0, 1.2, 0.8]
+PICKS[1, 4] = 1.05
+
+
+@pytest.fixture(scope="module")
+def platform(tmp_path_factory):
+    path = tmp_path_factory.mktemp("cars") / "p"
+    options = {"load_cases": RUN, "groups": (GROUP,), "family": "attachments", "receptance": True}
+    return read_platform(write_platform(path, 11, truth_seed=12, **options))
+
+
+@pytest.fixture
+def certain(monkeypatch):
+    """Rubber as in the test, stiffnesses that follow no amplitude."""
+    for name in ("RUBBER_TEST", "RUBBER_MOUNT", "SLOPE_SPREAD"):
+        monkeypatch.setattr(prior, name, 0.0)
+    monkeypatch.setattr(prior, "SLOPE", (1e-12, 1e-12))
+    monkeypatch.setattr(expected, "N_DRAWS", dict.fromkeys(Information, 3))
+
+
+def fleet_of(platform, *, noise=0.0):
+    """Return the vehicles with reciprocal receptances."""
+    generator, vehicles = np.random.default_rng(1), []
+    for vehicle in platform.fleet.vehicles:
+        paths = vehicle.receptance.inputs
+        frf = vehicle.receptance.select(outputs=paths, inputs=paths)
+        values = (frf.values + frf.values.swapaxes(1, 2)) / 2
+        parts = generator.standard_normal((2, *values.shape))
+        values = values * (1 + noise * (parts[0] + 1j * parts[1]) / np.sqrt(2))
+        vehicles.append(replace(vehicle, receptance=replace(frf, values=values)))
+    return Fleet(tuple(vehicles))
+
+
+@pytest.mark.usefixtures("certain")
+def test_draws_of_known_bodies_and_rubber_are_the_model(platform):
+    fleet = fleet_of(platform)
+    model = coupled_model(platform, fleet)
+    draws = change_draws(model, [model], fleet, platform.mounts, PICKS)
+    levels = model.levels(np.vstack([np.ones(12), PICKS]))
+    changes = levels[1:].mean(axis=-1) - levels[:1].mean(axis=-1)
+    assert draws.information is Information.receptances
+    np.testing.assert_allclose(draws.predicted, changes, atol=1e-9)
+    for drawn in draws.drawn:
+        np.testing.assert_allclose(drawn, changes, atol=1e-6)
+    np.testing.assert_allclose(draws.drawn_peak[0], draws.predicted_peak, atol=1e-6)
+
+
+@pytest.mark.usefixtures("certain")
+def test_losses_as_variables_change_no_draw_where_they_stay(platform):
+    fleet = fleet_of(platform)
+    data = fleet, platform.mounts, [(platform.load_case(CASE), 1.0)], BAND
+    kind = {"motion": Motion.coupled, "powertrain": platform.powertrain}
+    plain, split = (booming_model(*data, **kind, loss_factors=loss) for loss in (False, True))
+    same = np.hstack([PICKS, np.ones((2, 12))])
+    lossy = np.hstack([np.ones((1, 12)), np.full((1, 12), 1.2)])
+    of_plain = change_draws(plain, [plain], fleet, platform.mounts, PICKS)
+    of_split = change_draws(split, [split], fleet, platform.mounts, np.vstack([same, lossy]))
+    np.testing.assert_allclose(of_split.drawn[:, :2], of_plain.drawn, atol=1e-9)
+    np.testing.assert_allclose(of_split.drawn[0, 2], of_split.predicted[2], atol=1e-6)
+    assert np.all(np.abs(of_split.predicted[2]) > 0.05)
+
+
+def test_drawn_bodies_keep_what_was_measured(platform):
+    fleet = fleet_of(platform)
+    lines = fleet.vehicles[0].receptance.frequency[::2]
+    bodies = expected._Bodies.of(fleet, platform.mounts, lines, Information.driving_points)
+    drawn = replace(bodies, noise=np.zeros(5)).draw(np.random.default_rng(1))
+    known = expected._Bodies.of(fleet, platform.mounts, lines, Information.receptances)
+    exact = replace(known, noise=np.zeros(5)).draw(np.random.default_rng(1))
+    point, true = (each.diagonal(axis1=2, axis2=3) for each in (drawn, exact))
+    np.testing.assert_allclose(point, true, rtol=1e-9)
+    assert not np.allclose(drawn, exact, rtol=0.1)
+    size = np.sqrt(np.abs(point[..., :, np.newaxis] * point[..., np.newaxis, :]))
+    assert np.all(np.abs(drawn) <= size * (1 + 1e-9))
+
+
+def test_noise_of_driving_points_is_seen_between_lines(platform):
+    for noise in (0.03, 0.1):
+        vehicle = fleet_of(platform, noise=noise).vehicles[0]
+        # what the platform's own 5 % left in the mean of two functions is there as well
+        both = np.hypot(noise, 0.05)
+        assert expected._noise_of_lines(vehicle) == pytest.approx(both, rel=0.25)
+
+
+def test_more_information_narrows_and_the_seed_decides(platform):
+    group = platform.fleet
+    at_rest = Fleet(tuple(replace(vehicle, receptance=None) for vehicle in group.vehicles))
+    model = coupled_model(platform, at_rest)
+    again = list(uncertain_index(model, replace(platform, fleet=at_rest), ()).draws(4, 1))
+    widths = []
+    for information in Information:
+        shown = expected_change(
+            model, again, group, platform.mounts, PICKS, information=information, seed=3
+        )
+        cars = shown.cars
+        assert np.all((cars.low < cars.expected) & (cars.expected < cars.high))
+        assert np.all(cars.high - cars.low >= 2 * prior.FLOOR)
+        # a mean of cars is not as uncertain as each of them, and the worst gains least
+        assert np.all(shown.mean.high - shown.mean.low < (cars.high - cars.low).max(axis=1))
+        assert np.all(shown.worst.expected >= shown.mean.expected)
+        widths.append(np.mean(cars.high[0] - cars.low[0]))
+    assert widths[0] > widths[2]
+    first, other, same = (
+        change_draws(model, again, at_rest, platform.mounts, PICKS, seed=seed).drawn
+        for seed in (1, 2, 1)
+    )
+    assert np.array_equal(first, same)
+    assert not np.array_equal(first, other)
+
+
+def test_a_pick_that_changes_nothing_has_an_interval_about_nothing(platform):
+    group = platform.fleet
+    model = coupled_model(platform, group)
+    shown = stated(change_draws(model, [model], group, platform.mounts, np.ones(12)))
+    np.testing.assert_allclose(shown.cars.expected, 0.0, atol=1e-9)
+    half = prior.WIDTH["receptances"] * prior.FLOOR
+    np.testing.assert_allclose(shown.cars.high, half, atol=1e-9)
+    np.testing.assert_allclose(shown.cars.low, -half, atol=1e-9)
+
+
+def test_nothing_is_expected_where_nothing_was_judged(platform):
+    at_rest = Fleet(tuple(replace(v, receptance=None) for v in platform.fleet.vehicles))
+    data = platform.mounts, PICKS
+    prescribed = booming_model(
+        at_rest, platform.mounts, [(platform.load_case(CASE), 1.0)], BAND, motion=Motion.prescribed
+    )
+    with pytest.raises(InputError, match="no expected change, because the powertrain's motion is"):
+        expected_change(prescribed, [prescribed], at_rest, *data)
+    model = coupled_model(platform, at_rest)
+    with pytest.raises(InputError, match="receptances are asked for, and 5 vehicles have none"):
+        expected_change(model, [model], at_rest, *data, information=Information.receptances)
+    with pytest.raises(InputError, match="needs data measured again"):
+        expected_change(model, [], at_rest, *data)

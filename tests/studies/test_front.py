@@ -86,7 +86,7 @@ def test_the_thesis_searched_prescribed_motion_with_fresh_draws(tmp_path):
 
 def test_a_former_name_has_its_defaults_and_says_what_went(capsys):
     study = load_study("u06_robust_front")
-    assert study.path == STUDY
+    assert study.name == "front"
     options = study.effective({"population": 8})
     assert (options["with_"], options["generations"], options["population"]) == (
         "prescribed",

@@ -736,7 +736,9 @@ def find_run(out: Path, study: str, wanted: str) -> RunEntry:
     plain, names = wanted.rstrip("/\\").removesuffix(UNFINISHED), names_of(study)
     if plain == LATEST:
         begun = [
-            record.parent for name in names for record in (out / name).glob(f"*{UNFINISHED}/{RECORD}")
+            record.parent
+            for name in names
+            for record in (out / name).glob(f"*{UNFINISHED}/{RECORD}")
         ]
         if not begun:
             raise InputError(f"{out / study}: no run of {study} was interrupted")

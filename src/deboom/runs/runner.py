@@ -569,7 +569,7 @@ def study_command(wanted: str | Path, *, every_option: bool = False) -> typer.Ty
     study = load_study(wanted)
     if study.name != Path(wanted).stem:
         typer.echo(
-            f"deboom: the study {Path(wanted).stem} is {study.name} now; from 0.5 on only this "
+            f"the study {Path(wanted).stem} is {study.name} now; from 0.5 on only this "
             "name is taken",
             err=True,
         )

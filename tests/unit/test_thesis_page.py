@@ -12,6 +12,7 @@ from test_equation_tables import exists
 from typer.main import get_command
 
 from deboom.cli import app
+from deboom.common import option_name
 from deboom.runs.runner import load_study
 
 ROOT = Path(__file__).parents[2]
@@ -80,10 +81,10 @@ def test_functions_files_and_links_exist():
 def test_commands_have_their_options_and_pages_their_headings_and_files(typed):
     words = typed.split()
     if words[0] == "run":
-        study = load_study(ROOT / words[1])
-        options = {f"--{name.replace('_', '-')}" for name in study.parameters}
+        study = load_study(words[1])
+        options = {f"--{option_name(name)}" for name in study.parameters}
         assert {word for word in words if word.startswith("--")} <= options
-        shown = strings_behind(ROOT / words[1])
+        shown = strings_behind(study.path)
     else:
         shown = strings_behind(command_file(words))
     of_command = [cells[3] for _, cells in rows() if cells[2:] and f"`deboom {typed}`" in cells[2]]

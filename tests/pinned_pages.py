@@ -119,7 +119,7 @@ def hold(folder, name, like=None):
 
 def hold_numbers(folder, name):
     """Compare tables and numbers of a run alone: another run of its page pins the sentences."""
-    hold_lines(pinned_text(Path(folder), kinds=(".csv", ".json")), name, _alike)
+    hold_lines(pinned_text(Path(folder), "*.csv", "summary.json"), name, _alike)
 
 
 def hold_lines(said, name, same):
@@ -133,15 +133,15 @@ def hold_lines(said, name, same):
         assert same(line, pinned), f"{path.name}, line {number}: {line!r} was {pinned!r}"
 
 
-def pinned_text(folder, kinds=None):
-    """Return the lines of a run: its steps, and of each file what it says, or of some kinds alone.
+def pinned_text(folder, *patterns):
+    """Return the lines of a run: its steps, and of each file what it says, or of some files alone.
 
     A column of a table in a file is a line, a row of a table on a page, a list of numbers in JSON,
     and a paragraph.
     """
     files = [folder] if folder.is_file() else sorted(folder.rglob("*"))
-    if kinds is not None:
-        files = [path for path in files if path.suffix in kinds]
+    if patterns:
+        files = [path for path in files if any(map(path.match, patterns))]
     steps = folder.parents[1] / STEPS
     lines = steps.read_text(encoding="utf-8").split("\n") if steps.exists() else []
     for path in files:

@@ -82,6 +82,7 @@ class _Deadly:
         os._exit(1)
 
 
+@pytest.mark.slow("begins pairs of processes again and again")
 def test_workers_that_always_die_end_the_search_with_a_sentence(monkeypatch):
     monkeypatch.setattr(workers, "ATTEMPTS", 2)
     space = stiffness_factor_space(("x1",))

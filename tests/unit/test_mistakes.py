@@ -168,6 +168,7 @@ def test_a_study_refuses_what_is_certain_and_warns_of_the_rest(platform):
         low.runs(mounts=MountSource.spectra)
 
 
+@pytest.mark.slow("checks a folder for every mistake that there is")
 def test_folders_with_mistakes_of_each_kind_are_told_where():
     names = {
         ("platform", "a vehicle missing in the list"),

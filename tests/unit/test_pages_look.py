@@ -74,6 +74,7 @@ def test_no_kind_of_folder_is_left_out():
     assert set(FOLDERS) == {kind.value for kind in FolderKind}
 
 
+@pytest.mark.slow("draws the pictures of every kind of folder")
 @pytest.mark.parametrize("kind", FOLDERS)
 def test_every_kind_of_folder_is_drawn(tmp_path, kind):
     write, stems = FOLDERS[kind]

@@ -265,7 +265,7 @@ def _rough_period(times: RealArray, coordinate: RealArray, width: RealArray) -> 
             continue
         together = np.abs(harmonics.mean(axis=0)) ** 2
         alike = np.real(np.vdot(*harmonics)) / np.sqrt(power_of_half.prod())
-        n_free = 2 * np.count_nonzero(together)
+        n_free = 2 * int(np.count_nonzero(together))
         least = max(ALIKE, np.tanh(CLEAR / np.sqrt(max(n_free - 3, 1))))
         if alike > least:
             longest, largest, power = period, size, together

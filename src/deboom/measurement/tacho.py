@@ -145,7 +145,7 @@ def integrated_speed(rpm: npt.ArrayLike, rate: float, *, name: str = "tacho") ->
     The angle is zero at the first sample: phases between channels of a run hold, those to a mark on
     the shaft do not.
     """
-    turned = cumulative_trapezoid(np.asarray(rpm, dtype=float) / 60, dx=1 / rate, initial=0.0)
+    turned = cumulative_trapezoid(np.asarray(rpm, dtype=float) / 60, dx=1 / rate, initial=0)
     number = np.arange(int(turned[-1]) + 1)
     if number.size < LEAST_PULSES:
         raise InputError(f"{name} has {turned[-1]:.1f} revolutions: measure for longer")

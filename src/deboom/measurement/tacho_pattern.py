@@ -259,13 +259,13 @@ def _rough_period(times: RealArray, coordinate: RealArray, width: RealArray) -> 
             continue
         harmonics = np.fft.rfft(np.array(halves), axis=1)
         harmonics[:, : 1 + min(4, period // LEAST_SLOTS)] = 0
-        first, second = np.sum(np.abs(harmonics) ** 2, axis=1)
-        size = np.sqrt(2 * min(first, second)) / period
+        power_of_half = np.sum(np.abs(harmonics) ** 2, axis=1)
+        size = float(np.sqrt(2 * power_of_half.min())) / period
         if size <= largest:
             continue
         together = np.abs(harmonics.mean(axis=0)) ** 2
-        alike = np.real(np.vdot(*harmonics)) / np.sqrt(first * second)
-        n_free = 2 * np.count_nonzero(together)
+        alike = np.real(np.vdot(*harmonics)) / np.sqrt(power_of_half.prod())
+        n_free = 2 * int(np.count_nonzero(together))
         least = max(ALIKE, np.tanh(CLEAR / np.sqrt(max(n_free - 3, 1))))
         if alike > least:
             longest, largest, power = period, size, together

@@ -77,3 +77,13 @@ def test_the_vehicles_of_the_group_hear_the_same_model_as_the_fleet(finished, ru
     designs = doe[[f"{name} [1]" for name in index.variable_names]].to_numpy()
     heard = doe[[f"{name} [dB(A)]" for name in index.response_names]].to_numpy()
     assert np.abs(index(designs) - heard).max() < 1e-9 * heard.max()
+
+
+@pytest.mark.usefixtures("plain_loops")
+def test_loss_factors_have_sensitivities_beside_the_stiffnesses_of_their_mount(tmp_path):
+    small = {"load_case": ["g6_wot160"], "band": (30.0, 33.0), "with_": "sensitivity"}
+    folder = run_study(STUDY, tmp_path, {**BUDGET, **small, "generations": 1, "loss_factors": True})
+    indices = pd.read_csv(folder / "sensitivity_sobol.csv")
+    assert {"EnM x", "EnM x loss"} <= set(indices["variable"])
+    mounts = pd.read_csv(folder / "sensitivity_sobol_mounts.csv")
+    assert set(mounts["mount"]) == {"EnM", "GeM", "TSM", "Du"}

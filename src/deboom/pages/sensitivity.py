@@ -35,6 +35,7 @@ from deboom.plot.style import signed
 from deboom.report import Report, Scalar, Step, Table
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.booming_peaks import booming_peaks
+from deboom.vehicles.fleet import LOSS_SUFFIX
 from deboom.vehicles.platform import Platform
 
 if TYPE_CHECKING:
@@ -246,7 +247,7 @@ def sensitivity(
 def _by_mount(inputs: SensitivityInputs, mounts: tuple[Mount, ...]) -> SensitivityInputs | None:
     """Group the variables by mount; None where there is only one."""
     owner = {name: mount.name for mount in mounts for name in mount.variables}
-    groups = [owner[name] for name in inputs.names]
+    groups = [owner[name.removesuffix(LOSS_SUFFIX)] for name in inputs.names]
     return inputs.grouped(groups) if len(set(groups)) > 1 else None
 
 

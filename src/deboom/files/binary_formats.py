@@ -25,9 +25,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import BLOCK, blocks
 from deboom.errors import InputError
-from deboom.files.disk import LARGEST_MEMORY, MEBIBYTE, refuse_announced
+from deboom.files.disk import BLOCK, LARGEST_MEMORY, MEBIBYTE, blocks, refuse_announced
 
 MDF, TDMS, HDF5, MATLAB = "an MDF file", "a TDMS file", "an HDF5 file", "a MATLAB file"
 """Kinds of files as `deboom.files.disk.kind_of` names them."""

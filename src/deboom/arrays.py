@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from inspect import get_annotations
 from typing import Any, TypeAlias, TypeVar, dataclass_transform
@@ -24,15 +24,6 @@ _T = TypeVar("_T")
 _S = TypeVar("_S", bound=np.generic)
 _N = TypeVar("_N", np.float64, np.complex128)
 _DTYPES = {"Complex": complex, "Bool": bool, "Int": int}
-
-
-BLOCK = 2**20
-"""Numbers of a long array that are worked on at once."""
-
-
-def blocks(size: int) -> Iterator[slice]:
-    """Yield the parts of a long array, one after another, so that what is computed stays small."""
-    return (slice(start, min(start + BLOCK, size)) for start in range(0, size, BLOCK))
 
 
 def frozen_copy(array: npt.NDArray[_S]) -> npt.NDArray[_S]:

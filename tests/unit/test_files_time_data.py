@@ -466,7 +466,7 @@ CONVERSIONS = {
     "table": ({**TABLE, "interpolation": False}, np.select([RAW <= -5, RAW <= 15], [5.0, 1.0], -2)),
     "ranges": (
         RANGES,
-        np.select([(RAW >= -10) & (RAW < 0), (RAW >= 1) & (RAW < 30)], [5.0, 6.0], -1.0),
+        np.select([(RAW >= -10) & (RAW <= 0), (RAW >= 1) & (RAW <= 30)], [5.0, 6.0], -1.0),
     ),
 }
 

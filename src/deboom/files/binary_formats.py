@@ -25,9 +25,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import BLOCK, blocks
 from deboom.errors import InputError
-from deboom.files.disk import LARGEST_MEMORY, MEBIBYTE, refuse_announced
+from deboom.files.disk import BLOCK, LARGEST_MEMORY, MEBIBYTE, blocks, refuse_announced
 
 MDF, TDMS, HDF5, MATLAB = "an MDF file", "a TDMS file", "an HDF5 file", "a MATLAB file"
 """Kinds of files as `deboom.files.disk.kind_of` names them."""
@@ -134,8 +133,8 @@ def _signals(path: Path, kind: str, names: Sequence[str]) -> dict[str, Any]:
 _NUMERIC = {"4": (0, 1, 2, 4, 5, 6), "3": (65535, 0, 1, 2, 6, 7, 8, 9)}
 """Version of MDF → conversions from number to number that need no formula of the file."""
 _RATIONAL = {"4": 2, "3": 9}
-_POLYNOMIAL = 6
-"""Conversion of MDF 3; in MDF 4 a table of ranges has this number."""
+_POLYNOMIAL = _RANGES = 6
+"""Conversion of MDF 3, and of MDF 4."""
 
 
 @contextmanager
@@ -228,8 +227,21 @@ def _converted(version: str, conversion: Any, raw: Any) -> Iterator[npt.NDArray[
             p1, p2, p3, p4, p5, p6 = (getattr(conversion, f"P{k}") for k in range(1, 7))
             x = x.astype(np.float64) - p5 - p6
             yield (p2 - p4 * x) / (p3 * x - p1)
+        elif version == "4" and kind == _RANGES:
+            yield _of_ranges(conversion, x)
         else:
             yield x if conversion is None else conversion.convert(x)
+
+
+def _of_ranges(conversion: Any, x: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Look numbers up; the library finds a whole number only at the ends of its range."""
+    lower, upper, values = (
+        np.array([conversion[f"{name}_{k}"] for k in range((conversion.val_param_nr - 1) // 3)])
+        for name in ("lower", "upper", "phys")
+    )
+    at = np.searchsorted(lower, x, side="right") - 1
+    within = x < upper[at] if x.dtype.kind == "f" else x <= upper[at]
+    return np.where((at >= 0) & within, values[at], conversion.default)
 
 
 _LEAD_IN = 28

@@ -87,6 +87,15 @@ def refuse_announced(what: str, count: int) -> None:
         )
 
 
+BLOCK = 2**20
+"""Numbers of a long array that are worked on at once."""
+
+
+def blocks(size: int) -> Iterator[slice]:
+    """Yield the parts of a long array, one after another, so that what is computed stays small."""
+    return (slice(start, min(start + BLOCK, size)) for start in range(0, size, BLOCK))
+
+
 _KINDS = (
     (b"MDF     ", "an MDF file"),
     (b"UnFinMF ", "an MDF file that its logger did not finish"),

@@ -19,12 +19,13 @@ from scipy.interpolate import CubicSpline
 from scipy.io import wavfile
 from scipy.signal import resample_poly
 
-from deboom.arrays import RealArray, blocks
+from deboom.arrays import RealArray
 from deboom.errors import InputError, naming
 from deboom.files.binary_formats import HDF5, MATLAB, MDF, TDMS
 from deboom.files.disk import (
     LARGEST_FILE,
     MEBIBYTE,
+    blocks,
     kind_of,
     opened_file,
     read_bytes,

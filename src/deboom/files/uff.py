@@ -17,12 +17,13 @@ from typing import Any
 import numpy as np
 import pyuff
 
-from deboom.arrays import ComplexArray, RealArray, blocks
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError, naming
 from deboom.files.disk import (
     LARGEST_FILE,
     LARGEST_TEXT,
     MEBIBYTE,
+    blocks,
     kind_of,
     opened_file,
     read_bytes,

@@ -38,8 +38,6 @@ ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "docs" / "guides" / "your-own-platform.md"
 pytestmark = pytest.mark.usefixtures("no_pictures", "few_chains")
 SMALLER = "--generations 2 --population 8 --samples 4 --no-polish --checks 64 --doe 16 --n 8"
-    "--generations 2 --population 8 --samples 4 --no-polish --checks 64 --doe 16 --draws 4 --n 8"
-)
 
 
 def script(name):

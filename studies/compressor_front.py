@@ -517,7 +517,7 @@ def _answer(
     """Fill the first screen: which mounts, per car, at which price, how it sounds, what next."""
     report.answer(*_answer_in_words(view))
     fleet, best = view.fleet, view.best
-    table = vehicle_table(fleet, best, target=fleet.todays_levels, interval=None, mean=None)
+    table = vehicle_table(fleet, best, target=fleet.todays_levels)
     report.panel(
         "Each car",
         Table(table.rename(columns={"vehicle": "car"}), "", VEHICLE_DECIMALS),

@@ -16,7 +16,9 @@ the search begins with? none: nothing further. The pages of the studies correlat
 show more.
 
 Keys of summary.json: mean_change_db_<pick>, sigma_change_percent_<pick>;
-splv_change_db_per_line_<vehicle> (best-mean, no scatter); benefit_db, benefit_prescribed_db (fall
+expected_change_db_<vehicle>, expected_change_db_mean, expected_change_db_worst, the same with _low
+and _high (best-mean in cars as they are, 90 %); splv_change_db_per_line_<vehicle> (best-mean in the
+model, no scatter); benefit_db, benefit_prescribed_db (fall
 of the mean level by the optimum of each motion), promised_prescribed_db (as prescribed motion sees
 it); r_min, slope_min, slope_max (coupled over prescribed change of the same designs);
 worst_load_case, worst_load_case_change_db; sigma_bias_percent, mean_bias_db_per_line (search -

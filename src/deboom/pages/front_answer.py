@@ -8,15 +8,15 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.common import PERCENT
+from deboom.common import PERCENT, listed
 from deboom.files.sound import run_up_files
 from deboom.mounts.mount import Mount
 from deboom.plot.style import signed
 from deboom.report import Sound
 from deboom.vehicles.booming_peaks import PeakChange
+from deboom.vehicles.expected_change import SHARE, ExpectedChange, Information, Interval
 from deboom.vehicles.fleet_front import COMMON_PERCENTILE, FleetFront
 from deboom.vehicles.free_directions import NOTICEABLE
-from deboom.vehicles.predicted_change import ChangeInterval, ChangeParts
 
 MOST_ROWS = 12
 """Vehicles in the table of the first screen: of a larger fleet those that gain least."""
@@ -61,13 +61,12 @@ def vehicle_table(
     design: RealArray,
     *,
     target: RealArray,
-    interval: ChangeInterval | None,
-    mean: ChangeInterval | None,
+    expected: ExpectedChange | None = None,
 ) -> pd.DataFrame:
     """Tabulate what a design does to each vehicle: level, change with its interval, peaks, cars.
 
     - `target` (v,): level that cars shall not exceed [dB(A)].
-    - `interval`, `mean`: of the change in each vehicle and of their mean; None: not known.
+    - `expected`: what is expected of the design; None: nothing.
     - returns a row per vehicle, of a large fleet those that gain least, and one of their mean.
     """
     cars = fleet.cars(design)
@@ -80,7 +79,8 @@ def vehicle_table(
         "today [dB(A)]": before[rows].tolist(),
         "after [dB(A)]": after[rows].tolist(),
         "change [dB]": (after - before)[rows].tolist(),
-        "90 % interval [dB]": [_ends(interval, row) for row in rows],
+        EXPECTED: ["" if expected is None else _middle(expected.cars.of(row)) for row in rows],
+        ENDS: ["" if expected is None else _ends(expected.cars.of(row)) for row in rows],
         "loudest peak [dB(A)]": [_loudest(changes[fleet.vehicles[row]]) for row in rows],
         "worst peak [dB]": [_worst(changes[fleet.vehicles[row]]) for row in rows],
         "cars in target [%]": share[rows].tolist(),
@@ -89,11 +89,12 @@ def vehicle_table(
     if len(fleet.vehicles) > 1:
         whose = "mean" if fleet.weights is None else "weighted mean"
         levels = (float(fleet.mean(each)) for each in (before, after, after - before))
-        means = (whose, *levels, _ends(mean, 0), "", "", float(fleet.mean(share)), None)
+        of_mean = ("", "") if expected is None else (_middle(expected.mean), _ends(expected.mean))
+        means = (whose, *levels, *of_mean, "", "", float(fleet.mean(share)), None)
         for column, value in zip(table, means, strict=True):
             table[column].append(value)
     frame = pd.DataFrame(table)
-    return frame.drop(columns="90 % interval [dB]") if interval is None else frame
+    return frame.drop(columns=[EXPECTED, ENDS]) if expected is None else frame
 
 
 def weights_sentence(fleet: FleetFront) -> str:
@@ -107,15 +108,17 @@ def weights_sentence(fleet: FleetFront) -> str:
     return f"In each mean of the vehicles the weights are {', '.join(counted)}{rest}. "
 
 
+EXPECTED, ENDS = "expected [dB]", "90 % interval [dB]"
 VEHICLE_DECIMALS = {"change [dB]": 1, "cars in target [%]": 1}
 """Of the columns of `vehicle_table` that their units do not decide."""
 
 
-def _ends(interval: ChangeInterval | None, row: int) -> str:
-    if interval is None:
-        return ""
-    low, high = float(interval.low[row]), float(interval.high[row])
-    return f"{signed(low, 1)} to {signed(high, 1)}"
+def _middle(interval: Interval) -> str:
+    return signed(float(interval.expected), 1)
+
+
+def _ends(interval: Interval) -> str:
+    return f"{signed(float(interval.low), 1)} to {signed(float(interval.high), 1)}"
 
 
 def _loudest(changes: Sequence[PeakChange]) -> str:
@@ -158,28 +161,36 @@ def peaks_sentence(fleet: FleetFront, design: RealArray) -> str:
     )
 
 
-def certainty_sentence(parts: ChangeParts) -> str:
-    """Say on one line what the mean change may be, and by what it may differ."""
-    mean = parts.mean
-    change, middle = float(mean.predicted[0]), float(mean.low[0] + mean.high[0]) / 2.0
-    body = f"{signed(middle - change, 1)} ± {_half(mean.model[0])} body and amplitude"
-    pieces = [f"±{_half(mean.measurement[0])} measurement", body]
-    if np.isfinite(parts.unseen):
-        pieces.append(f"±{_half(parts.unseen)} other vehicles of the group")
-    other = [
-        f"{signed(value, 1)} with {what}"
-        for value, what in (
-            (parts.prescribed, "prescribed motion"),
-            (parts.old_stops, "the old stops"),
-        )
-        if np.isfinite(value)
-    ]
-    beside = f"; {', '.join(other)}" if other else ""
+def expected_sentence(expected: ExpectedChange, predicted: float) -> str:
+    """Say what cars are expected to show of a predicted mean change [dB], and what is known."""
+    worst = expected.worst
     return (
-        f"How sure: {signed(change, 1)} dB; {', '.join(pieces)}{beside}. Expected in these "
-        f"vehicles: {signed(float(mean.low[0]), 1)} to {signed(float(mean.high[0]), 1)} dB "
-        f"({PERCENT * mean.share:.0f} %)."
+        f"Expected in these cars: {_expected(expected.mean)}; in the car that gains least "
+        f"{_expected(worst)}. The model says {signed(predicted, 1)} dB: it leaves out bodies that "
+        "give way, warmer or older rubber, and amplitudes. Of the bodies "
+        f"{KNOWN_OF_BODIES[expected.information]}."
     )
+
+
+KNOWN_OF_BODIES = {
+    Information.unknown: "nothing is known; driving points at the mounts would narrow the interval",
+    Information.driving_points: "the driving points are known; all receptances would tell more",
+    Information.receptances: "the receptances at the mounts are known",
+}
+"""What an interval rests on, and what would make it narrower."""
+
+
+def _expected(interval: Interval) -> str:
+    return f"{_middle(interval)} dB ({_ends(interval)}, {PERCENT * SHARE:.0f} %)"
+
+
+def other_changes_sentence(*, unseen: float, prescribed: float, old_stops: float) -> str:
+    """Say what the mean change [dB] is of other cars and under other assumptions; nan: unknown."""
+    pieces = [f"{signed(prescribed, 1)} dB with prescribed motion"] * bool(np.isfinite(prescribed))
+    pieces += [f"{signed(old_stops, 1)} dB with the old stops"] * bool(np.isfinite(old_stops))
+    if np.isfinite(unseen):
+        pieces.append(f"±{_half(unseen)} dB in other vehicles of the group")
+    return f"In the model the mean change is {listed(tuple(pieces))}. " if pieces else ""
 
 
 def _half(value: float) -> str:

@@ -22,11 +22,15 @@ from deboom.pages.motion import MotionReport, factor_name, motion_report
 from deboom.plot.style import vehicle_colours
 from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.expected_change import (
+    ExpectedChange,
+    half_width_of_others,
+    why_unexpected,
+)
 from deboom.vehicles.fleet_front import FleetFront
 from deboom.vehicles.free_directions import DirectionFreedom, free_directions
 from deboom.vehicles.limits import mount_price
 from deboom.vehicles.platform import Platform, Runs
-from deboom.vehicles.predicted_change import ChangeParts, change_parts
 
 TELLING = 0.9
 """Share of the change that the parts named on top bring alone, at least [1]."""
@@ -42,10 +46,6 @@ FURTHER = 0.1
 
 DRAWN_OF_PRESCRIBED = 40
 """Designs of the front of prescribed motion that are judged anew where a fleet is wide."""
-
-
-CHANGE_REPETITIONS = 40
-"""Draws of all measurements behind the interval of the change."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -125,30 +125,29 @@ class PlatformFront:
         return np.full(len(self.fleet.vehicles), self.target)
 
     @cached_property
-    def certainty(self) -> ChangeParts | None:
-        """What best-mean's change may be; None where no interval is known.
-
-        Known is it for coupled motion with factors of the dynamic stiffness.
-        """
-        if self.index.motion is not Motion.coupled or factor_name(self.index) == Factor.part.value:
-            return None
-        both = np.stack([self.front.robust.space.nominal, self.best])
+    def expected(self) -> ExpectedChange | str:
+        """Changes that cars show of all picks, in their order; or why none is expected."""
+        picks = np.stack(list(self.front.pick_designs.values()))
+        if reason := why_unexpected(self.index):
+            return reason
         try:
-            uncertain = uncertain_index(self.index, self.platform, self.runs.parts)
-            drawn = [
-                np.diff(again(both), axis=0)[0] / self.index.n_lines
-                for again in uncertain.draws(CHANGE_REPETITIONS, self.front.search.seed)
-            ]
-        except InputError:
+            return uncertain_index(self.index, self.platform, self.runs.parts).expected_change(
+                picks, weights=self.fleet.weights, seed=self.front.search.seed
+            )
+        except InputError as error:
+            return f"no expected change, because {error}"
+
+    @property
+    def expected_of_best(self) -> ExpectedChange | None:
+        """What is expected of best-mean, arrays of one row; None where nothing is."""
+        if isinstance(self.expected, str):
             return None
-        return change_parts(
-            self.fleet.splv_change(self.best),
-            drawn,
-            receptance=any(v.receptance is not None for v in self.runs.fleet.vehicles),
-            weights=self.fleet.weights,
-            prescribed=self.with_prescribed_motion,
-            old_stops=self.as_softer_rubber,
-        )
+        return self.expected.of(list(self.front.pick_designs).index(Pick.best_mean))
+
+    @property
+    def unseen(self) -> float:
+        """Half width by which the mean of further vehicles may differ, 90 % [dB]; nan of one."""
+        return half_width_of_others(self.fleet.splv_change(self.best))
 
     @cached_property
     def with_prescribed_motion(self) -> float:

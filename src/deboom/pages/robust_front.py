@@ -21,7 +21,8 @@ from deboom.pages.front import report_front
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,
     abbreviations,
-    certainty_sentence,
+    expected_sentence,
+    other_changes_sentence,
     peaks_sentence,
     run_up_sounds,
     spelled_out,
@@ -92,6 +93,7 @@ def front_report(view: PlatformFront) -> Report:
         key = re.sub(r"\W+", "_", name)
         report.summary[f"mean_change_db_{key}"] = float(mean[name])
         report.summary[f"sigma_change_percent_{key}"] = float(sigma[name])
+    report.summary |= _expected_numbers(view)
     report.summary["sigma_bias_percent"] = view.front.sigma_bias_percent
     report.summary["mean_bias_db_per_line"] = view.front.mean_bias * view.front.per_line
     report.summary |= motion.summary | view.front.counts
@@ -127,35 +129,47 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     spread = "as today" if abs(sigma) < 1.0 else f"{signed(sigma, 0)} %"
     for column in view.telling:
         report.tile(f"{view.front.variables[column]} × {best[column]:.2f}", "of today's stiffness")
-    report.tile(f"{signed(mean, 1)} dB", "at the driver's ear, mean of vehicles and lines")
+    expected = view.expected_of_best
+    if expected is None:
+        report.tile(f"{signed(mean, 1)} dB", "at the driver's ear, mean of vehicles and lines")
+    else:
+        report.tile(
+            f"{signed(float(expected.mean.expected), 1)} dB",
+            "expected at the driver's ear, mean of vehicles and lines",
+        )
     peaks = view.fleet.peak_table(best)["change [dB]"]
     if len(peaks):
         report.tile(
-            f"{signed(peaks.min(), 1)} … {signed(peaks.max(), 1)} dB", "at the booming peaks"
+            f"{signed(peaks.min(), 1)} … {signed(peaks.max(), 1)} dB",
+            "at the booming peaks, in the model",
         )
     report.tile(f"σ {spread}", "scatter over the tolerance")
 
-    sure = view.certainty
     report.answer(
         _verdict(view, mean),
-        certainty_sentence(sure)
-        if sure
-        else "How sure: not known; an interval is stated for coupled motion and factors of the "
-        "dynamic stiffness alone.",
-        f"Scatter of parts (σ) {spread}. Levels: mean of the lines, {view.load_case.title}. "
+        expected_sentence(expected, mean) if expected else f"How sure: {view.expected}.",
+        other_changes_sentence(
+            unseen=view.unseen,
+            prescribed=view.with_prescribed_motion,
+            old_stops=view.as_softer_rubber,
+        )
+        + f"Scatter of parts (σ) {spread}. Levels: mean of the lines, {view.load_case.title}. "
         f"{weights_sentence(view.fleet)}{abbreviations(mounts)}",
     )
     whose = "its vehicle's level of today" if view.target is None else f"{view.target:g} dB(A)"
-    interval, mean_interval = (sure.cars, sure.mean) if sure else (None, None)
-    table = vehicle_table(
-        view.fleet, best, target=view.cars_target, interval=interval, mean=mean_interval
-    )
+    table = vehicle_table(view.fleet, best, target=view.cars_target, expected=expected)
     report.panel(
         "Each vehicle",
         Table(table, "", VEHICLE_DECIMALS),
         f"Mean level at the driver's ear. Cars: {view.fleet.n_cars} of each vehicle, parts as "
         f"made; target: {whose}; P95: 95 % of the cars stay below; worst peak: change of the "
-        "booming peak that gains least.",
+        "booming peak that gains least."
+        + (
+            " Levels, change and peaks are the model's; expected and its interval are of cars as "
+            "they are."
+            if expected
+            else ""
+        ),
         wide=True,
     )
     report.panel(
@@ -180,12 +194,31 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     )
 
 
+def _expected_numbers(view: PlatformFront) -> dict[str, float]:
+    """Return what is expected of best-mean in each vehicle, in their mean and in the worst [dB]."""
+    expected = view.expected_of_best
+    if expected is None:
+        return {}
+    parts = {name: expected.cars.of(row) for row, name in enumerate(view.fleet.vehicles)}
+    numbers: dict[str, float] = {}
+    for name, part in {**parts, "mean": expected.mean, "worst": expected.worst}.items():
+        key = f"expected_change_db_{name}"
+        numbers |= {key: float(part.expected), f"{key}_low": float(part.low)}
+        numbers[f"{key}_high"] = float(part.high)
+    return numbers
+
+
 def _verdict(view: PlatformFront, mean: float) -> str:
     """Say what to build and what it brings, or that nothing is noticeably quieter.
 
     - `mean`: change of the mean level by best-mean [dB].
     """
-    changes = view.fleet.splv_change(view.best)
+    changes, expected = view.fleet.splv_change(view.best), view.expected_of_best
+    average = f"{signed(mean, 1)} dB on average"
+    if expected is not None:
+        changes = expected.cars.expected
+        ends = f"{signed(float(expected.mean.low), 1)} to {signed(float(expected.mean.high), 1)}"
+        average = f"{signed(float(expected.mean.expected), 1)} dB expected on average ({ends})"
     order = np.argsort(-changes, kind="stable")
     by_vehicle = ""
     if len(order) > 1:
@@ -195,7 +228,7 @@ def _verdict(view: PlatformFront, mean: float) -> str:
             f"{signed(changes[least], 1)} in {view.fleet.vehicles[least]}"
         )
     peaks = peaks_sentence(view.fleet, view.best)
-    effect = f"{signed(mean, 1)} dB on average{by_vehicle}; {peaks}."
+    effect = f"{average}{by_vehicle}; in the model {peaks}."
     if mean > -NOTICEABLE:
         return f"Leave today's mounts: no design of the search is noticeably quieter. {effect}"
     verdict = f"{_moves(view)}: {effect}"

@@ -16,6 +16,7 @@ from enum import Enum
 
 import numpy as np
 import numpy.typing as npt
+from scipy.stats import t as student
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.errors import InputError
@@ -56,6 +57,10 @@ class Interval:
     low: RealArray
     high: RealArray
 
+    def of(self, row: int) -> Interval:
+        """Return the part of one row."""
+        return Interval(self.expected[row], self.low[row], self.high[row])
+
 
 @dataclass(frozen=True, eq=False)
 class ExpectedChange:
@@ -73,6 +78,11 @@ class ExpectedChange:
     mean: Interval
     worst: Interval
     peaks: Interval
+
+    def of(self, pick: int) -> ExpectedChange:
+        """Return what is expected of one pick, by its row."""
+        parts = (self.cars, self.mean, self.worst, self.peaks)
+        return ExpectedChange(self.information, *(part.of(pick) for part in parts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,6 +195,18 @@ def interval(
     expected = centre[0] * predicted + centre[1] * middle
     below, above = np.hypot(middle - low, prior.FLOOR), np.hypot(high - middle, prior.FLOOR)
     return Interval(expected, expected - width * below, expected + width * above)
+
+
+def half_width_of_others(changes: RealArray) -> float:
+    """Return by how much the mean of further vehicles of a group may differ, `SHARE` [dB].
+
+    ``t s / √v``, with the standard deviation s of the changes (v,) [dB] and Student's t of v - 1
+    degrees of freedom: the vehicles are taken for a sample of further ones. One says nothing: nan.
+    """
+    if changes.size < 2:
+        return float("nan")
+    quantile = float(student.ppf(0.5 + SHARE / 2.0, changes.size - 1))
+    return quantile * float(changes.std(ddof=1)) / float(np.sqrt(changes.size))
 
 
 def change_draws(

@@ -303,6 +303,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow("begins a script and its processes")
 def test_workers_import_nothing_from_the_working_folder(archive, tmp_path):
     (tmp_path / "command.py").write_text(WORK)
     words = [sys.executable, tmp_path / "command.py"]

@@ -22,8 +22,11 @@ test test-quick test-slow: export OPENBLAS_NUM_THREADS := 1
 test: $(READY)
 	$(BIN)/python -m pytest -n auto --dist loadfile
 
+# Files of tests that run commands, begin processes, draw, or characterise campaigns
+LONGER := bench_writers cli guides mounts_char mounts_cross operating plot public_api second_process \
+	sensor_classes wide_fleet workers
 test-quick: $(READY)
-	$(BIN)/python -m pytest -n auto --dist loadfile tests/unit
+	$(BIN)/python -m pytest -n auto --dist loadfile tests/unit $(LONGER:%=--ignore-glob='*test_*%*')
 
 test-slow: $(READY)
 	$(BIN)/python -m pytest -n auto --dist loadfile -m slow

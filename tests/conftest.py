@@ -10,7 +10,7 @@ import pytest
 from filelock import FileLock
 
 from browser_samples import Browser
-from deboom.files import platform
+from deboom.files import platform, reader_process
 from deboom.mounts import characterise
 from deboom.report import Report
 from deboom.runs import runner, second_process
@@ -63,6 +63,20 @@ def first_process_alone():
     # a second one of each run takes longer to start than a test's study, and would draw for real
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(second_process, "cpu_count", lambda: 1)
+        yield
+
+
+@pytest.fixture(scope="session")
+def reader_of_each_folder():
+    """Return what starts a process for the files of each folder, as outside of tests."""
+    return reader_process._reader_of
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_reader(reader_of_each_folder):
+    # every test has a folder of its own, and starting a process takes longer than most files
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reader_process, "_reader_of", lambda _: reader_of_each_folder(Path()))
         yield
 
 

@@ -18,9 +18,7 @@ WHOLE_PICTURES = ("study_resume",)
 PICTURES_IN_WORDS = (
     "accept",
     "compare_runs",
-    "compressor_front",
     "driven",
-    "correlation",
     "supplier_sheet",
     "synthesis_validation",
     "sensitivity",

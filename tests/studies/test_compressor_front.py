@@ -15,7 +15,7 @@ from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.runs.runner import load_study, run_study
 from deboom.supplier.sources import page_text, workbook_text
-from pinned_pages import hold, run_aloud
+from pinned_pages import hold, pictures_described, run_aloud
 
 STUDY = load_study("compressor_front")
 MODULE = STUDY.module
@@ -36,7 +36,10 @@ def runs(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(MODULE, "virtual_fleet", cache(MODULE.virtual_fleet))
         patch.setattr(MODULE, "mounted_fleet", identified_once)
-        yield [run_aloud(STUDY, results, {**TINY, "generations": n}) for n in (2, 8)]
+        short = run_study(STUDY, results, {**TINY, "generations": 2})
+        with pictures_described():
+            pinned = run_aloud(STUDY, results, {**TINY, "generations": 8})
+        yield [short, pinned]
 
 
 @pytest.fixture(scope="module")
@@ -165,9 +168,11 @@ NOISE = load_study("compressor_noise")
 
 @pytest.fixture(scope="module")
 def heard(tmp_path_factory):
-    return run_aloud(NOISE, tmp_path_factory.mktemp("results"), {"draws": 20})
+    with pictures_described():
+        return run_aloud(NOISE, tmp_path_factory.mktemp("results"), {"draws": 20})
 
 
+@pytest.mark.slow("measures a car, identifies its compressor and synthesises its noise")
 def test_the_sound_is_synthesised(heard):
     hold(heard, "compressor_noise")
     summary = json.loads((heard / "summary.json").read_text(encoding="utf-8"))
@@ -176,6 +181,7 @@ def test_the_sound_is_synthesised(heard):
     assert summary["spl_90_140_p90_db_by_mounts"] > 3.0
 
 
+@pytest.mark.slow("measures a car, identifies its compressor and synthesises its noise")
 def test_tables_hold_the_paths_with_their_phases(heard):
     paths = pd.read_csv(heard / "contributions.csv")
     levels = pd.read_csv(heard / "levels.csv")

@@ -58,6 +58,7 @@ def test_the_front_is_that_of_the_front_study(finished, tmp_path):
     assert model(designs).mean_sum.tolist() == searched.tolist()
 
 
+@pytest.mark.slow("begins a second process")
 def test_two_processes_write_the_same_tables(finished, tmp_path, monkeypatch):
     monkeypatch.setattr(second_process, "cpu_count", lambda: 2)
     # pictures are described here; those of two processes are held in the tests of the second one

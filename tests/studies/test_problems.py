@@ -60,6 +60,7 @@ def test_parts_of_a_catalogue_stand_as_the_mounts_of_the_vehicle(platform):
     assert all(part.mount.rotations == standing[name] for name, part in parts)
 
 
+@pytest.mark.slow("measures a car and identifies its compressor")
 def test_a_softer_compressor_mount_is_quieter_until_it_travels_too_far(tmp_path):
     folder = write_electric_car(tmp_path / "car", 1, "EV-1", None, CalibrationLevel.C2)
     car = deboom.read_electric_car(folder)

@@ -496,6 +496,7 @@ def test_a_record_is_read_again_only_when_it_has_changed(results, monkeypatch):
     assert read == [path, path]
 
 
+@pytest.mark.slow("waits for a search in a process of its own")
 def test_a_running_search_grows_in_the_browser(address, results):
     browser = Browser()
     command = [*DEBOOM, "run", str(STUDY), "--generations", "100000", "--population", "12"]

@@ -229,6 +229,7 @@ def test_ctrl_c_says_what_is_kept_and_how_to_go_on(study, tmp_path, monkeypatch)
     assert f"deboom run {STUDY} --out {out} --resume {name}" in result.stderr
 
 
+@pytest.mark.slow("begins processes")
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are read from /proc")
 def test_workers_end_with_their_parent(tmp_path):
     options = ("--generations", "100000", "--workers", "2", "--out", str(tmp_path))

@@ -581,6 +581,7 @@ def test_an_edited_box_of_a_finished_run_is_refused(anonymous, box_run, tmp_path
     refused(("accept", alone, path, "--out", tmp_path), "checksum is not that of its entries")
 
 
+@pytest.mark.slow("issues a third sheet and draws its uncertainty")
 def test_an_older_sheet_marks_what_moved(
     front_run, box_run, anonymous, results, tmp_path, few_draws
 ):

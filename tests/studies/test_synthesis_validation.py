@@ -23,7 +23,10 @@ STUDY = load_study("synthesis_validation")
 MIX = "EnM1-GeM2-TSM1-Du2"
 PLAN = CampaignPlan(("M1", "M2", MIX), TRAINING_RUNS[:9:2], shaker_repeats=1)
 CASE = LOAD_CASES[1]
-pytestmark = pytest.mark.usefixtures("few_chains")
+pytestmark = [
+    pytest.mark.usefixtures("few_chains"),
+    pytest.mark.slow("measures a bench and a vehicle, and synthesises one from the other"),
+]
 PICTURE = b"\x89PNG\r\n\x1a\n" + bytes(8) + b"\0\0\0\1\0\0\0\1"
 
 

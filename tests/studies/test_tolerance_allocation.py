@@ -32,6 +32,7 @@ def test_the_same_sigma_costs_less(finished, summary):
     np.testing.assert_allclose(table["cost cheapest [1]"], 15.0 / tolerance)
 
 
+@pytest.mark.slow("allocates tolerances twice more")
 def test_a_share_within_limits_is_reached_with_parts_that_have_something_in_common(tmp_path):
     options = {**BUDGET, "limit": ["+0.5"], "share": 0.85, "parts": PARTS, "pick": Pick.best_sigma}
     run = run_study(STUDY, tmp_path, options)

@@ -55,6 +55,7 @@ def test_a_model_of_another_hammer_test_is_refused(finished, part, tmp_path):
     assert not list((tmp_path / "results").glob("unbalance/*"))
 
 
+@pytest.mark.slow("measures compressors with two parts")
 def test_a_part_is_judged(part, tmp_path):
     """Mounts changed: route e counts; one limit kept, one broken, one beyond the hammer test."""
     limits = tmp_path / "limits.toml"

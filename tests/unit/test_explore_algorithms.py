@@ -37,7 +37,10 @@ def fails_beyond(designs):
     return np.where(designs[:, :1] > 0.95, np.nan, MODEL(designs))
 
 
-@pytest.mark.parametrize("name", ALGORITHMS)
+COMPILED = pytest.param("age-moea", marks=pytest.mark.slow("pymoo compiles it in each process"))
+
+
+@pytest.mark.parametrize("name", [COMPILED, *(name for name in ALGORITHMS if name != "age-moea")])
 def test_every_algorithm_nears_the_closed_form_also_where_designs_fail(name):
     parabola = Robust(MODEL, SPACE, SAMPLE, estimator=Estimator(2))
     whole = searched(parabola, population=20, generations=40, seed=2, algorithm=name)

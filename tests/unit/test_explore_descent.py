@@ -225,6 +225,7 @@ def test_designs_of_one_valley_count_once():
     assert descent._valleys(ends, 1) == [ends[0], ends[2]]
 
 
+@pytest.mark.slow("begins processes")
 def test_a_converged_front_is_the_same_bits_for_any_number_of_workers():
     alone, spread = (deboom.search(ROBUST, **BUDGET, workers=workers) for workers in (1, 2))
     np.testing.assert_array_equal(alone.values.designs, spread.values.designs)

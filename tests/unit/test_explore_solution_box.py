@@ -107,6 +107,7 @@ def test_together_is_stricter():
     assert together < each
 
 
+@pytest.mark.slow("begins processes")
 def test_the_same_seed_gives_the_same_box_whoever_computes():
     ask = partial(largest_box.largest_box, bowls(), effort=QUICK)
     alone, shared = ask(seed=3), ask(seed=3, workers=2)

@@ -130,6 +130,7 @@ print(np.array_equal(one.values.objectives, two.values.objectives))
 """
 
 
+@pytest.mark.slow("begins a script and its two processes")
 @pytest.mark.parametrize("from_file", [True, False])
 def test_what_a_script_without_a_guard_or_a_notebook_defines_reaches_the_workers(
     tmp_path, from_file

@@ -47,6 +47,12 @@ SHADOWS = ("numpy", "scipy", "deboom", "sitecustomize", "socket", "struct", "pic
 
 
 @pytest.fixture
+def reader_per_folder(monkeypatch, reader_of_each_folder):
+    """Read each folder by a process of its own, which starts with the environment of the test."""
+    monkeypatch.setattr(reader_process, "_reader_of", reader_of_each_folder)
+
+
+@pytest.fixture
 def archive(tmp_path, monkeypatch):
     """Return a working folder full of modules that tell when one of them is imported."""
     folder = tmp_path / "archive"
@@ -63,9 +69,11 @@ def functions(path):
     savemat(path, {"frequency": [1.0, 2.0, 3.0], "names": names, "values": values, "units": "N"})
 
 
+@pytest.mark.usefixtures("reader_per_folder")
 def test_modules_beside_a_matlab_file_are_not_imported(archive, tmp_path, monkeypatch):
     functions(archive / "a.mat")
     for path in ("", ".", str(archive)):
+        reader_process._end()
         monkeypatch.setenv("PYTHONPATH", path)
         lines, columns = matlab_table(Path("a.mat"))
         assert (lines.size, list(columns)) == (3, ["a"])
@@ -97,6 +105,7 @@ def test_packages_that_a_user_installed_for_herself_read_matlab_files(tmp_path):
     assert done.stdout == "['a']\n", done.stderr
 
 
+@pytest.mark.usefixtures("reader_per_folder")
 def test_a_matlab_file_without_its_packages_is_not_called_damaged(tmp_path, monkeypatch):
     functions(tmp_path / "a.mat")
     monkeypatch.setattr(sys, "executable", getattr(sys, "_base_executable", sys.executable))
@@ -247,6 +256,7 @@ def test_a_chunk_that_unpacks_to_too_much_is_refused(tmp_path):
         read_time_signals(path, ["A0"])
 
 
+@pytest.mark.usefixtures("reader_per_folder")
 def test_one_process_reads_the_files_of_a_folder(tmp_path):
     (tmp_path / "other").mkdir()
     for path in ("a.h5", "b.h5", "other/a.h5"):
@@ -293,6 +303,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow("begins a script and its processes")
 def test_workers_import_nothing_from_the_working_folder(archive, tmp_path):
     (tmp_path / "command.py").write_text(WORK)
     words = [sys.executable, tmp_path / "command.py"]

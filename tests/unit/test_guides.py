@@ -152,6 +152,7 @@ def other_programs_write_geometry_and_functions():
     write_uff("measured.uff", functions)
 
 
+@pytest.mark.slow("writes a folder of every kind and runs all commands about it")
 @pytest.mark.parametrize("section", [name for name in SECTIONS if name not in WITHOUT_COMMANDS])
 def test_every_command_of_the_guide_runs(tmp_path, monkeypatch, section):
     monkeypatch.chdir(tmp_path)

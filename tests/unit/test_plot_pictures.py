@@ -220,6 +220,7 @@ VARIANTS = {
 }
 
 
+@pytest.mark.slow("renders every picture three times and more")
 @pytest.mark.parametrize("name", VARIANTS)
 def test_a_picture_repeats_byte_by_byte_and_shows_each_of_its_parts(name):
     usual, *others = VARIANTS[name]

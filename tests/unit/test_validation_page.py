@@ -15,6 +15,7 @@ from claims import Claim, draws
 PAGE = validate.PAGE.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow("judges every comparison of the page anew")
 def test_the_page_is_what_the_command_writes_and_marks_what_is_older():
     assert validate.marked(PAGE) == PAGE, "run: python benchmarks/validate.py --mark"
     top, *sections = PAGE.split("\n## ")[1:]

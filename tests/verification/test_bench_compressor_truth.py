@@ -80,6 +80,7 @@ def test_truth_files_say_the_same(exact):
     np.testing.assert_allclose(stated["static_stiffness"], static, rtol=1e-12, atol=1e-9)
 
 
+@pytest.mark.slow("averages the noise of many hits")
 def test_noisy_hits_are_the_delivered_functions(tmp_path):
     """The averages of `measurement`, which share no line of code with the bench's."""
     folder = write_compressor_test(tmp_path / "test", 2, plan=CompressorPlan(hits=True))

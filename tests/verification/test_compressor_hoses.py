@@ -121,6 +121,7 @@ def force_levels(hoses, truth):
     return np.abs(20 * np.log10(forces(applied_load) / forces(sweep["end_load"]))).max()
 
 
+@pytest.mark.slow("differentiates both evidences by differences")
 def test_derivatives_of_the_stiffness_and_of_both_evidences(measured_test):
     test, identification, _ = measured_test()
     generator = np.random.default_rng(3)
@@ -213,12 +214,14 @@ def test_hoses_recovered(measured_test, recovered, source):
     )
 
 
+@pytest.mark.slow("identifies a compressor and its hoses once more")
 def test_without_noise_and_in_place_the_truth_comes_back(measured_test):
     test, identification, truth = measured_test(2, HoseCase.DISPLACED, noise_free=True)
     assert stiffness_error(identify_hoses(test, identification).hoses, truth) < 0.005
     assert stiffness_error(test.hoses, truth) > 0.1
 
 
+@pytest.mark.slow("identifies a compressor and its hoses once more")
 def test_mounts_that_soften_with_their_motion_do_not_pass_for_hoses(measured_test):
     """Hoses change the motion, motion the mounts: sweeps are used from 50 Hz upwards."""
     test, identification, truth = measured_test(softening=True)
@@ -227,6 +230,7 @@ def test_mounts_that_soften_with_their_motion_do_not_pass_for_hoses(measured_tes
     assert result.alarms == ()
 
 
+@pytest.mark.slow("identifies a compressor's hoses once more")
 def test_hoses_outside_the_class_raise_the_alarm(measured_test):
     test, identification, _ = measured_test()
     operated = operation(1, CalibrationLevel.C2, OperationPlan())
@@ -253,6 +257,7 @@ def test_hoses_that_were_overlooked_are_seen(measured_test):
     assert struck(identification, test.hammer_with_hoses, test.hoses).visible
 
 
+@pytest.mark.slow("identifies a compressor and its loads twice")
 def test_overlooked_hoses_raise_the_alarms_of_both_identifications(measured_test):
     test, identification, _ = measured_test()
     coarse = IdentifyOptions(bands=((20.0, 60.0),), largest_lines=12)

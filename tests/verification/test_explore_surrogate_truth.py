@@ -204,6 +204,7 @@ def test_two_workers_find_the_same_bits(told_and_whole):
     assert_same_search(spread, told_and_whole[1])
 
 
+@pytest.mark.slow("searches with a surrogate three times")
 def test_a_killed_search_goes_on_with_the_same_bits(told_and_whole):
     _, whole = told_and_whole
     store, first, again = Kept(), failing(), failing()

@@ -443,6 +443,7 @@ def believed(without_shafts):
     return characterised
 
 
+@pytest.mark.slow("writes a whole campaign and characterises it with two statements of its loads")
 def test_loads_of_an_engine_without_balancer_shafts(without_shafts, believed):
     """Right loads give EnM z within its half width; wrong ones are noticed and believed by none.
 
@@ -475,6 +476,7 @@ def test_loads_of_an_engine_without_balancer_shafts(without_shafts, believed):
     assert not any(d.quality.identified for part in wrong.mounts[:3] for d in part.directions)
 
 
+@pytest.mark.slow("writes a whole campaign and characterises it with two statements of its loads")
 def test_half_widths_grow_with_what_newtons_law_leaves(believed):
     """The larger the share of the load that was stated to be zero, the wider the bands."""
     less_known, both = believed("fz", "my"), believed("my")

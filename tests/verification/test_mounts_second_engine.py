@@ -12,6 +12,7 @@ from deboom.mounts.surface_forces import predicted_forces
 EXAMPLE = Path(__file__).parents[2] / "examples" / "mounts" / "plot_second_engine.py"
 
 
+@pytest.mark.slow("characterises a campaign and predicts another engine's")
 def test_forces_of_a_second_engine_are_predicted_along_and_across():
     """The example asserts the errors; a stiffness across follows the force along the main axis."""
     example = runpy.run_path(str(EXAMPLE))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from deboom.bench.powertrain import load_bench
 from deboom.mounts.characterise import cross_stiffness_of_campaign
@@ -10,6 +11,7 @@ from deboom.mounts.cross_stiffness import QUANTILE
 from samples.turned_mounts import campaign_of, with_turned_mount, without_angles
 
 
+@pytest.mark.slow("characterises campaigns of several angles")
 def test_the_alarm_names_the_mount_and_the_angles_that_its_runs_decide(tmp_path):
     turned = np.deg2rad([0.0, 0.0, 16.0])
     bench = load_bench(203)

@@ -91,6 +91,7 @@ def test_time_data_give_the_stiffness_that_order_spectra_give(folder):
     assert maps["TSM x"].static_force == pytest.approx(stated["TSM x"].static_force, abs=25)
 
 
+@pytest.mark.slow("writes and characterises another campaign")
 def test_without_errors_the_smear_of_the_run_up_leaves_the_stiffness_alone(tmp_path):
     made = measured(tmp_path / "campaign", RUNS[:2], NO_ERRORS)
     tracked, _ = orders_into_campaign(made, TIME_RUN)

@@ -57,6 +57,7 @@ def levels(data, mount, draw=None, seed=1, only=None):
     return index(designs) / index.n_lines
 
 
+@pytest.mark.slow("prepares shipped data again and again")
 def test_a_calibration_moves_every_level_by_its_decibels_and_no_change():
     source = uncertain_data.transfer_calibration("test", 0.5)
     data, mount = one_path(source)

@@ -13,7 +13,8 @@ from deboom.vehicles.free_directions import Need, free_directions
 from deboom.vehicles.limits import MeanLevel
 
 # in the last two a peak finds another partner just inside where a scan over the range alone ends
-SEEDS = (11, 22, 23)
+SLOW = pytest.mark.slow("draws a platform of its own")
+SEEDS = (pytest.param(11, marks=SLOW), 22, pytest.param(23, marks=SLOW))
 TRIED, PARTS, SHARE = 80, 2**14, 0.95
 
 

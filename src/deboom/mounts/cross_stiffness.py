@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.polynomial.legendre import legvander
 from scipy.optimize import OptimizeResult, least_squares
 from scipy.spatial.transform import Rotation
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, IntArray, RealArray
 from deboom.common import AXES
 from deboom.measurement.channels import LoadCase
 from deboom.measurement.sensors import Tolerances
@@ -151,6 +152,26 @@ class _Comparison:
     state: RealArray
     askew: RealArray
 
+    @cached_property
+    def state_terms(self) -> tuple[RealArray, IntArray, RealArray]:
+        """Terms of a stiffness that the state alone decides, for all choices of the unknowns.
+
+        Products of Legendre polynomials of the state (n, n_term), the degree (n_term,) of the
+        polynomial of the amplitude that each is multiplied by, and what the preload has more.
+        """
+        powers = legvander(self.state, DEGREE)
+        degrees = [
+            each
+            for each in product(range(DEGREE + 1), repeat=self.state.shape[1] + 1)
+            if sum(each) <= DEGREE
+        ]
+        terms = [
+            np.prod([powers[:, k, degree] for k, degree in enumerate(each[:-1])], axis=0)
+            for each in degrees
+        ]
+        preload = legvander(self.state[:, 0], PRELOAD_DEGREE)[:, DEGREE + 1 :]
+        return np.column_stack(terms), np.array([each[-1] for each in degrees]), preload
+
     def rest(self, unknowns: RealArray, *, cross: bool = False) -> ComplexArray:
         """Return the unexplained force over the size of the whole force, shape (3, n) [1]."""
         turn = Rotation.from_euler("xyz", unknowns[:3]).as_matrix()
@@ -163,14 +184,20 @@ class _Comparison:
         moved = self.displacement @ sensors.T @ turn / size[:, np.newaxis]
         pushed = self.force @ shaker.T @ turn / size[:, np.newaxis]
         whole = np.linalg.norm(moved, axis=1)
+        by_state, degree, preload = self.state_terms
         rests = []
         for axis in range(3):
-            felt = np.hypot(np.abs(moved[:, axis]), OTHER_AXES * whole) * size
-            terms = _stiffness_terms(np.column_stack([self.state, _scaled(np.log(felt))]))
-            columns = terms * moved[:, axis, np.newaxis]
+            along = np.abs(moved[:, axis])
+            felt = np.hypot(along, OTHER_AXES * whole) * size
+            by_amplitude = legvander(_scaled(np.log(felt)), DEGREE)[:, degree]
+            terms = np.hstack([by_state * by_amplitude, preload])
+            # with the phase of the displacement for zero the columns are real
+            phase = np.exp(-1j * np.angle(moved[:, axis]))
+            columns = terms * along[:, np.newaxis]
             if cross:  # a constant stiffness each
-                columns = np.hstack([columns, np.delete(moved, axis, axis=1)])
-            rests.append(_unexplained(pushed[:, axis], columns))
+                others = np.delete(moved, axis, axis=1) * phase[:, np.newaxis]
+                columns = np.hstack([columns, others])
+            rests.append(_unexplained(pushed[:, axis] * phase, columns) / phase)
         return np.stack(rests)
 
     def misfit(self, unknowns: RealArray) -> float:
@@ -319,19 +346,7 @@ def _scaled(values: RealArray) -> RealArray:
     return np.asarray((2.0 * values - low - high) / np.where(high > low, high - low, 1.0))
 
 
-def _stiffness_terms(variables: RealArray) -> RealArray:
-    """Return products of Legendre polynomials of the variables (n, k), shape (n, n_term)."""
-    powers = legvander(variables, DEGREE)
-    terms = [
-        np.prod([powers[:, k, degree] for k, degree in enumerate(degrees)], axis=0)
-        for degrees in product(range(DEGREE + 1), repeat=variables.shape[1])
-        if sum(degrees) <= DEGREE
-    ]
-    preload = legvander(variables[:, 0], PRELOAD_DEGREE)[:, DEGREE + 1 :]
-    return np.column_stack([*terms, preload])
-
-
-def _unexplained(force: ComplexArray, columns: ComplexArray) -> ComplexArray:
+def _unexplained(force: ComplexArray, columns: RealArray | ComplexArray) -> ComplexArray:
     """Return what columns (n, k) leave of a force by least squares, shape (n,)."""
     scaled = columns / np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
     gram = scaled.conj().T @ scaled + RIDGE * np.eye(scaled.shape[1])

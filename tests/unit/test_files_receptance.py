@@ -96,6 +96,7 @@ def test_right_functions_of_every_family_pass_and_wrong_ones_are_named(kind):
         for noise in NOISES:
             values = noisy(true, noise, generator)
             vehicle_of(heard, values)
+            vehicle_of(heard, values * np.eye(len(heard.inputs)))  # driving points alone
             for fault in FAULTS.values():
                 with pytest.raises(InputError, match="its receptance"):
                     vehicle_of(heard, fault(values))

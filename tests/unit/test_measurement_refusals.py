@@ -22,6 +22,7 @@ from deboom.measurement.path_forces import (
     forces_by_mount_stiffness,
     validate_on_board,
 )
+from deboom.measurement.sensor_classes import CLASS_DEFAULTS
 from deboom.measurement.sensors import Impact, PlacementTolerances, Sensor, SensorKind, Tolerances
 from deboom.measurement.uncertainty import method_difference, pivotal_interval
 from deboom.measurement.virtual_point import (
@@ -482,9 +483,7 @@ def test_small_pairs_are_not_accused():
     assert small.worst(smallest=0.0) == ("x–y", 0.0)
 
 
-def test_stated_tolerances_are_those_that_all_bounds_rest_on():
-    angle, noise = math.radians(0.5), (0.002, 0.00015)
-    sensor, cell = (0.002, angle, 0.01, 0.01, *noise, 0.005), (0.005, *noise, 0.01)
-    assert astuple(Tolerances()) == (*sensor, *cell, angle, 0.005, 1.0, 5.0)
+def test_tolerances_that_nobody_states_are_those_of_the_sensors_classes():
+    assert vars(Tolerances()) == {name: CLASS_DEFAULTS[name].value for name in vars(Tolerances())}
     place = (0.0015, math.radians(1.5))
     assert astuple(PlacementTolerances()) == (0.02, *place, 0.01, *place)

@@ -219,23 +219,29 @@ STATISTICS: dict[str, Callable[[RealArray], RealArray]] = {
 }
 
 
+Platforms = dict[int, dict[str, RealArray]]
+"""Seed → arrays of `platform`."""
+
+
+def read(folder: Path) -> Platforms:
+    """Read the platforms that `draw` kept."""
+    return {int(path.stem): dict(np.load(path)) for path in sorted(folder.glob("*.npz"))}
+
+
 def records(
-    folder: Path, state: Information, statistic: str = "cars", *, peak: bool = False
+    platforms: Platforms, state: Information, statistic: str = "cars", *, peak: bool = False
 ) -> Records:
-    """Read the platforms of a folder in one state of information."""
+    """Arrange platforms in one state of information."""
     of, rows = STATISTICS[statistic], []
-    for path in sorted(folder.glob("*.npz")):
-        seed = int(path.stem)
-        family = seed % TUNING // APART
-        with np.load(path) as arrays:
-            true, predicted = (
-                of(arrays[f"{state.name} {name}"][int(peak)]) for name in ("true", "predicted")
-            )
-            drawn = of(arrays[f"{state.name} drawn"][:, int(peak)].astype(float))
-            repeated = of(arrays[f"{state.name} repeated"]).std(axis=0, ddof=1)
+    for seed, arrays in platforms.items():
+        true, predicted, drawn = (
+            of(arrays[f"{state.name} {name}"][..., int(peak), :].astype(float))
+            for name in ("true", "predicted", "drawn")
+        )
+        repeated = of(arrays[f"{state.name} repeated"].astype(float)).std(axis=0, ddof=1)
         middle, (low, high) = drawn.mean(axis=0), np.quantile(drawn, [0.05, 0.95], axis=0)
         sides = np.hypot(middle - low, prior.FLOOR), np.hypot(high - middle, prior.FLOOR)
-        many = np.full(true.shape, family), np.full(true.shape, seed)
+        many = np.full(true.shape, seed % TUNING // APART), np.full(true.shape, seed)
         rows.append(np.stack([*many, true, predicted, middle, *sides, repeated]))
     return Records(*np.hstack(rows))
 
@@ -322,7 +328,7 @@ def without_family(data: Records, centre: Callable[[Records], tuple[float, float
     return float(np.mean(scores))
 
 
-def factors(folder: Path) -> None:
+def factors(platforms: Platforms) -> None:
     """Print centres and width factors that follow from tuning platforms.
 
     The rule: of the mean of the draws, and of the fitted sum of model and draws, the centre whose
@@ -332,7 +338,7 @@ def factors(folder: Path) -> None:
         print(state.value)
         for statistic in STATISTICS:
             for peak in (False, True) if statistic == "cars" else (False,):
-                data = records(folder, state, statistic, peak=peak)
+                data = records(platforms, state, statistic, peak=peak)
                 sums = {"draws": lambda _: (0.0, 1.0), "fitted": fitted_centre}
                 scores = {name: without_family(data, of) for name, of in sums.items()}
                 best = min(scores, key=lambda name: scores[name])
@@ -408,7 +414,7 @@ def today(state: Information) -> Callable[[Records], Judged]:
     return by_constants(error.brought, error.deviation, 1.0)
 
 
-def judge(tuning: Path, judging: Path) -> None:
+def judge(tuning: Platforms, judging: Platforms) -> None:
     """Print what intervals hold in the judging platforms, family by family."""
     for state in Information:
         for statistic in STATISTICS:
@@ -446,8 +452,8 @@ if __name__ == "__main__":
         case ["draw", "judging", folder]:
             draw(JUDGING, N_JUDGING, FAMILIES, Path(folder))
         case ["factors", folder]:
-            factors(Path(folder))
+            factors(read(Path(folder)))
         case ["judge", tuning, judging]:
-            judge(Path(tuning), Path(judging))
+            judge(read(Path(tuning)), read(Path(judging)))
         case _:
             print(__doc__)

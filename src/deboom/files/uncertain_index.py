@@ -6,10 +6,14 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy.typing as npt
+
+from deboom.arrays import RealArray
 from deboom.files.library_export import read_library_json
 from deboom.measurement.sensors import Tolerances
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.vehicles.booming_model import model_of_other_data
+from deboom.vehicles.expected_change import ExpectedChange, Information, expected_change
 from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.platform import LIBRARY_FILE, Platform
 from deboom.vehicles.platform_uncertainty import (
@@ -19,6 +23,9 @@ from deboom.vehicles.platform_uncertainty import (
     transfer_sources,
 )
 from deboom.vehicles.uncertain_data import UncertainData, UncertaintySource
+
+REPETITIONS = 16
+"""Draws of the measurements behind an expected change; bodies and rubber are drawn more often."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +51,30 @@ class UncertainIndex:
         """Give the indices of draws 0 to ``n_draws`` - 1, one after the other."""
         for draw in range(n_draws):
             yield self.again(draw, seed, only)
+
+    def expected_change(
+        self,
+        picks: npt.ArrayLike,
+        *,
+        information: Information | None = None,
+        weights: RealArray | None = None,
+        seed: int = 1,
+    ) -> ExpectedChange:
+        """State the expected change by picks with its intervals.
+
+        Parameters and errors as of `deboom.vehicles.expected_change.expected_change`.
+        """
+        again = list(self.draws(REPETITIONS, seed))
+        return expected_change(
+            self.index,
+            again,
+            self.data.fleet,
+            self.platform.mounts,
+            picks,
+            information=information,
+            weights=weights,
+            seed=seed,
+        )
 
 
 def uncertain_index(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy.typing as npt
@@ -64,7 +64,10 @@ class UncertainIndex:
 
         Parameters and errors as of `deboom.vehicles.expected_change.expected_change`.
         """
-        again = list(self.draws(REPETITIONS, seed))
+        # bodies are drawn apart: what is measured again stands on bodies at rest
+        at_rest = Fleet(tuple(replace(v, receptance=None) for v in self.data.fleet.vehicles))
+        on_rest = replace(self, data=replace(self.data, fleet=at_rest))
+        again = list(on_rest.draws(REPETITIONS, seed))
         return expected_change(
             self.index,
             again,

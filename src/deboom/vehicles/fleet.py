@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from itertools import combinations
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
@@ -125,14 +124,11 @@ def _check_receptance(vehicle: str, receptance: Frf, paths: Sequence[str]) -> No
             f"{owner} gives energy at {paths[int(np.argmin(taken))]}: check the sign of its "
             "motion, that it is displacement per force, and that it has the factor e^(+jωt)"
         )
-    for row, column in combinations(range(len(paths)), 2):
-        fault = _fault_of_pair(values[:, row, column], values[:, column, row])
-        if fault:
-            first, second = paths[row], paths[column]
-            raise InputError(
-                f"{owner} at {first} per force at {second} {fault} that at {second} per force at "
-                f"{first}, and a body answers alike with force and response exchanged: check both"
-            )
+    if fault := _fault_of_pairs(values, paths):
+        raise InputError(
+            f"{owner} {fault}, and a body answers alike with force and response exchanged: check "
+            "both"
+        )
     asymmetry = np.linalg.norm(values - values.swapaxes(1, 2)) / np.linalg.norm(values)
     if not asymmetry <= NOT_RECIPROCAL:
         raise InputError(
@@ -172,22 +168,29 @@ def relative_noise(receptance: ComplexArray) -> float:
     return float(np.sqrt(np.median(np.abs(first - second) ** 2 / size) / (2.0 * np.log(2.0))))
 
 
-def _fault_of_pair(first: ComplexArray, second: ComplexArray) -> str:
-    """Say how one of two functions that must be alike is wrong; empty where noise explains it."""
-    if first.size < FEWEST_LINES:
+def _fault_of_pairs(values: ComplexArray, paths: Sequence[str]) -> str:
+    """Name two functions that must be alike and how one is wrong; empty where noise explains it."""
+    if len(values) < FEWEST_LINES:
         return ""
-    sizes = sorted(float(np.linalg.norm(each)) for each in (first, second))
-    if sizes[1] > OTHER_SIZE * sizes[0]:
-        return f"is {sizes[1] / max(sizes[0], _TINY):.3g} times as large or as small as"
+    rows, columns = np.triu_indices(len(paths), 1)
+    first, second = values[:, rows, columns], values[:, columns, rows]
 
-    def likeness(one: ComplexArray | RealArray, other: ComplexArray | RealArray) -> float:
-        product = float(np.linalg.norm(one) * np.linalg.norm(other))
-        return float(np.vdot(one, other).real) / max(product, _TINY)
+    def likeness(one: ComplexArray | RealArray, other: ComplexArray | RealArray) -> RealArray:
+        product = np.linalg.norm(one, axis=0) * np.linalg.norm(other, axis=0)
+        return np.asarray(np.sum(one.conj() * other, axis=0).real / np.maximum(product, _TINY))
 
-    if likeness(first, -second) > LIKELY:
-        return "has the other sign of"
-    if likeness(first, second.conj()) > LIKELY and likeness(first.imag, second.imag) < UNLIKE:
-        return "is the complex conjugate of"
+    sizes = np.sort([np.linalg.norm(first, axis=0), np.linalg.norm(second, axis=0)], axis=0)
+    opposite_losses = likeness(first.imag, second.imag) < UNLIKE
+    faults = {
+        "has another size than": sizes[1] > OTHER_SIZE * sizes[0],
+        "has the other sign of": likeness(first, -second) > LIKELY,
+        "is the complex conjugate of": (likeness(first, second.conj()) > LIKELY) & opposite_losses,
+    }
+    for words, wrong in faults.items():
+        if wrong.any():
+            at = int(np.argmax(wrong))
+            one, other = paths[rows[at]], paths[columns[at]]
+            return f"at {one} per force at {other} {words} that at {other} per force at {one}"
     return ""
 
 

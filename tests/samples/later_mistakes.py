@@ -603,7 +603,7 @@ def _(folder, draw):
         ]
 
     sheet(folder / "positions.xlsx", "impacts", change)
-    return (f"I{n + 1:02}",)
+    return (f"I{n + 1:02}", f"node {201 + n}")
 
 
 @on_compressor("hits of one impact times 10")

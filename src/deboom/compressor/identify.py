@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -43,7 +43,11 @@ from deboom.measurement.compressor_test import (
     refuse_drawing,
     spread,
 )
-from deboom.measurement.culprit import tolerances_of_all
+from deboom.measurement.culprit import (
+    culprit_of_excitation,
+    culprit_of_responses,
+    tolerances_of_all,
+)
 from deboom.measurement.quality import quality_of_frf
 from deboom.measurement.virtual_point import (
     impact_geometry,
@@ -61,6 +65,12 @@ PLAUSIBLE_DENSITY = (50.0, 2e4)
 """Of a body with the found mass and radius of gyration, from foam to lead [kg/m³]."""
 WRONG_SCALE = 2.0
 """Factor by which no tolerance and no flexible body moves the mass from that of the scales."""
+SMALLEST_MASS_GAP = 0.05
+"""Difference of masses that is never doubted [1]."""
+OTHER_INERTIA = 1.5
+"""Factor between drawn inertia and that of the linear start from which on it is doubted [1]."""
+OTHER_STIFFNESS = 5.0
+"""The same of stiffness: dynamic over static is 1.3 to 2.5 for rubber [1]."""
 MASS_LINE = 60.0
 """Line from which the load of the mounts is some percent of the body's inertia [Hz]."""
 SMALLEST_LINES, LARGEST_LINES = 12, 48
@@ -186,26 +196,96 @@ def identify(
     )
 
 
-def refuse_implausible(test: InertanceTest) -> None:
-    """Refuse a hammer test that `identify` would refuse, by its linear start, in a second.
+def hammer_test_doubts(test: InertanceTest) -> tuple[str, ...]:
+    """Judge a hammer test by its linear start, in a second, and return what is doubtful.
 
     Nothing is judged of a free body with the decay of a window, nor without enough lines to start.
 
-    - raises InputError: low coherence; contradictions between sheet and functions; a body of
-      implausible density, another mass than the scales say, or a drawing of another body.
+    - returns: a sentence for each sensor or impact that contradicts all others by more than the
+      tolerances allow, and for each number of scales or drawing that the functions deny.
+    - raises InputError: what `identify` would refuse: low coherence; contradictions between sheet
+      and functions; a body of implausible density, another mass than the scales say, or a drawing
+      of another body.
     """
     refuse_contradictions(test)
     if test.frf.added_decay_rate:
-        return
+        return ()
     try:
         fitted = thinned(in_bands(test.frf.frequency, THESIS_BANDS), LARGEST_LINES)
     except InputError:
-        return
+        return ()
     _refuse_low_coherence(test, fitted, IdentifyOptions())
     response = virtual_point(sensor_geometry(test.sensors))
     excitation = virtual_point(impact_geometry(test.impacts))
     inertance = virtual_point_frf(test.frf, response=response, excitation=excitation)
-    _start(test, inertance, fitted)
+    tolerances = tolerances_of_all(test.tolerances)
+    culprits = [
+        (what, diagnosis)
+        for what, diagnosis in (
+            ("sensor", culprit_of_responses(response, test.frf, tolerances)),
+            ("impact", culprit_of_excitation(excitation, test.frf, tolerances)),
+        )
+        if diagnosis.named
+    ]
+    doubts = [
+        f"{what} {diagnosis.verdict}: it contradicts all others by "
+        f"{diagnosis.suspect.significance:.0f} times what the tolerances allow; correct the "
+        "position sheet or measure it again"
+        for what, diagnosis in culprits
+        if diagnosis.suspect is not None
+    ]
+    try:
+        parametrisation, start = _start(test, inertance, fitted)
+    except InputError as error:
+        # what contradicts is the likely reason for a body that cannot be
+        raise InputError("\n".join([*error.sentences, *doubts])) from None
+    if np.all(test.coherence > 1.0 - 1e-12):
+        doubts.append(
+            "the coherence is 1 at all lines, as that of a single hit is: no noise is known; export "
+            "the coherence of all hits of an impact"
+        )
+    if not culprits:
+        doubts += _other_than_stated(test, parametrisation.model(start))
+    return tuple(doubts)
+
+
+def _other_than_stated(test: InertanceTest, model: CompressorModel) -> Iterator[str]:
+    """Give a sentence for each stated number that the linear start denies."""
+    if test.weighed_mass is not None:
+        gains = math.hypot(test.tolerances.sensor_gain, test.tolerances.hammer_gain)
+        allowed = max(SMALLEST_MASS_GAP, math.hypot(3.0 * gains, 3.0 * _scales(test)))
+        gap = model.mass / test.weighed_mass - 1.0
+        if abs(gap) > allowed:
+            yield (
+                f"the functions belong to {model.mass:.3g} kg, the scales say "
+                f"{test.weighed_mass:.3g} kg, {100 * abs(gap):.0f} % apart, and tolerances allow "
+                f"{100 * allowed:.0f} %: was it weighed with a bracket or with oil, or is a "
+                "sensitivity wrong?"
+            )
+    drawing = test.drawing
+    if drawing is None:
+        return
+    found, drawn = (np.linalg.eigvalsh(each) for each in (model.inertia, drawing.inertia))
+    ratio = float(np.exp(np.mean(np.log(np.maximum(found, 1e-12) / drawn))))
+    if not 1.0 / OTHER_INERTIA < ratio < OTHER_INERTIA:
+        yield (
+            f"drawing: inertia_kg_m2 is {1.0 / ratio:.2g} times what the functions say: is it about "
+            "the centre of gravity, of this body, and in kg m²?"
+        )
+    if drawing.mounts:
+        stated = sum(float(np.sum(mount.stiffness)) for mount in drawing.mounts)
+        ratio = float(np.trace(model.stiffness[:3, :3])) / stated
+        if not 1.0 / OTHER_STIFFNESS < ratio < OTHER_STIFFNESS:
+            yield (
+                f"mounts of the drawing: the functions belong to mounts {ratio:.2g} times as stiff "
+                "as stiffness_n_per_m: are the lines of the functions in Hz and not in rad/s or "
+                "rpm, and are these its mounts?"
+            )
+
+
+def _scales(test: InertanceTest) -> float:
+    """Return the relative deviation of the scales [1]."""
+    return test.weighed_mass_deviation / test.weighed_mass if test.weighed_mass else 0.0
 
 
 def calibration_of(identification: Identification, above: float = MASS_LINE) -> SelfCalibration:

@@ -335,7 +335,13 @@ class ReceiverPointSection(PointSection):
     stiffness_n_per_m: Annotated[
         tuple[_Stiffness, _Stiffness, _Stiffness] | None, Field(strict=False)
     ] = None
-    loss_factor: NotNegative | None = None  # of that stiffness
+    # of that stiffness
+    loss_factor: (
+        Annotated[
+            NotNegative, within(0.0, 2.0, "a mount loses less than twice what it stores: in percent?")
+        ]
+        | None
+    ) = None
     # instead: CSV of the measured 3 x 3 dynamic stiffness, such as one of a mount library
     stiffness_table: RelativePath | None = None
 

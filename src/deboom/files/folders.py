@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import pandas as pd
 
 from deboom.choices import FolderKind, FunctionFiles
 from deboom.common import AXES
-from deboom.compressor.identify import refuse_implausible
+from deboom.compressor.identify import hammer_test_doubts
 from deboom.errors import InputError, naming
 from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign
 from deboom.files.component_test import COMPONENT_FILE, ComponentTestFile, read_component_test
@@ -135,7 +135,7 @@ def _vehicle(folder: Path) -> Iterator[tuple[str, str]]:
 def _compressor(folder: Path) -> Iterator[tuple[str, str]]:
     held = read_inertance_test(folder)
     with naming(folder):
-        refuse_implausible(held)
+        doubts = hammer_test_doubts(held)
     lines = held.frf.frequency
     weighed = "not weighed" if held.weighed_mass is None else f"weighed {held.weighed_mass:g} kg"
     yield "test", f"{held.name}, {weighed}"
@@ -146,6 +146,7 @@ def _compressor(folder: Path) -> Iterator[tuple[str, str]]:
             f"decay of {rate:g} 1/s: for a free body only, identify refuses it on mounts",
         )
     yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
+    yield from _warned(doubts)
     yield from _assumed(held.assumed)
 
 
@@ -156,10 +157,10 @@ def _operation(folder: Path) -> Iterator[tuple[str, str]]:
 
 
 def _running(folder: Path, held: OperatingTest) -> Iterator[tuple[str, str]]:
+    yield "test", held.name
     with naming(folder):
         for hammer in filter(None, (held.hammer, held.hammer_with_hoses)):
-            refuse_implausible(hammer)
-    yield "test", held.name
+            yield from _warned(f"{hammer.name}: {doubt}" for doubt in hammer_test_doubts(hammer))
     for sweep in held.sweeps:
         lines = sweep.acceleration.frequency
         yield "sweep", f"{sweep.name}: {60 * lines[0]:.0f} to {60 * lines[-1]:.0f} rpm"
@@ -192,6 +193,11 @@ def _component(folder: Path) -> Iterator[tuple[str, str]]:
     yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
     yield "runs", ", ".join(run.name for run in held.runs)
     yield from _assumed(held.assumed)
+
+
+def _warned(sentences: Iterable[str]) -> Iterator[tuple[str, str]]:
+    for sentence in sentences:
+        yield "WARNING", sentence
 
 
 def _assumed(sentences: Sequence[str]) -> Iterator[tuple[str, str]]:

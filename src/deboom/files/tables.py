@@ -461,7 +461,13 @@ def _excel_cells(path: Path, sheet: str | None) -> list[list[str]]:
             raise InputError(
                 f"{path} has no sheet '{sheet}', only {', '.join(names)}: add or rename it"
             )
-        rows = _sheet_cells(path, book[names[0] if sheet is None else sheet])
+        chosen = book[names[0] if sheet is None else sheet]
+        if chosen.sheet_state != "visible":
+            raise InputError(
+                f"{path}: sheet '{chosen.title}', which would be read, is hidden: show it if it is "
+                "the right one, or delete it"
+            )
+        rows = _sheet_cells(path, chosen)
     while rows and not any(rows[-1]):
         rows.pop()
     return rows

@@ -31,6 +31,10 @@ SLOWEST, FASTEST = 1.0, 300.0
 """Bounce of a compressor on the mounts of its drawing [Hz]."""
 DIFFERENT_UNITS = 8.0
 """Ratio of the spread of the sensors to that of the impacts that no hammer test has [1]."""
+FARTHEST_MIDDLES = 0.8
+"""Distance between the middles of sensors and of impacts over their spread: both go round [1]."""
+UNLIKE_MOUNTS = 50.0
+"""Ratio of the stiffness of one mount to that of the others that no drawing has [1]."""
 
 
 @checked(position="3", rotation="3", stiffness="3 >0")
@@ -143,7 +147,7 @@ def check_coherence(coherence: RealArray, frf: Frf, name: str) -> None:
 
 
 def _refuse_unlike_lengths(test: InertanceTest) -> None:
-    """Refuse a sheet whose sensors and impacts are not in one unit of length."""
+    """Refuse a sheet whose sensors and impacts are not in one unit of length, or of one origin."""
     sensors = spread([sensor.position for sensor in test.sensors])
     impacts = spread([impact.position for impact in test.impacts])
     if not 1 / DIFFERENT_UNITS < sensors / impacts < DIFFERENT_UNITS:
@@ -151,6 +155,17 @@ def _refuse_unlike_lengths(test: InertanceTest) -> None:
             f"{test.name}: the sensors lie {sensors:.3g} m from their middle and the impacts "
             f"{impacts:.3g} m: one of the two is in another unit of length, look at the headers of "
             "the position sheet"
+        )
+    middles = [
+        np.mean([each.position for each in places], axis=0)
+        for places in (test.sensors, test.impacts)
+    ]
+    apart = float(np.linalg.norm(middles[0] - middles[1]))
+    if apart > FARTHEST_MIDDLES * max(sensors, impacts):
+        raise InputError(
+            f"{test.name}: the middles of sensors and impacts lie {apart:.3g} m apart, and the "
+            f"points {max(sensors, impacts):.3g} m from their middle: state the positions of both "
+            "from one origin in the position sheet"
         )
 
 
@@ -203,6 +218,14 @@ def _drawing_faults(test: InertanceTest) -> Iterator[str]:
             )
     if not drawing.mounts:
         return
+    sizes = [float(mount.stiffness.mean()) for mount in drawing.mounts]
+    for mount, size in zip(drawing.mounts, sizes, strict=True):
+        ratio = size / float(np.median(sizes))
+        if not 1.0 / UNLIKE_MOUNTS < ratio < UNLIKE_MOUNTS:
+            yield (
+                f"drawing: stiffness_n_per_m of {mount.name} is {ratio:.2g} times that of the "
+                "other mounts: is one in N/mm and the others in N/m?"
+            )
     stiffness = sum(float(mount.stiffness.mean()) for mount in drawing.mounts)
     bounce = float(np.sqrt(stiffness / drawing.mass) / (2.0 * np.pi))
     if not SLOWEST < bounce < FASTEST:

@@ -13,7 +13,7 @@ from pymoo.util.ref_dirs import get_reference_directions
 import deboom
 from deboom.errors import InputError
 from deboom.explore.front import common_box
-from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, Statistic
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective
 from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import ALGORITHMS, RobustProblem, Until, nsga2, search, searched
@@ -233,7 +233,7 @@ def test_sensitivities_of_whole_numbers_are_those_of_their_options():
 
 
 def test_three_objectives_are_searched_and_merged():
-    robust = replace(ROBUST, objectives=(MEAN_SUM, SIGMA_SUM, Objective(Statistic.QUANTILE)))
+    robust = replace(ROBUST, objectives=(MEAN_SUM, SIGMA_SUM, Objective("quantile")))
     result = searched(robust, **BUDGET, algorithm="nsga3", searches=2)
     assert result.front.objectives.shape[1] == 3
 

@@ -10,7 +10,7 @@ from deboom.explore import descent
 from deboom.explore import search as search_module
 from deboom.explore.descent import converged_front, is_smooth, objectives_and_gradients
 from deboom.explore.front import common_box
-from deboom.explore.moments import Objective, Statistic
+from deboom.explore.moments import Objective
 from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
 from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
 from deboom.explore.search import nsga2, searched
@@ -36,7 +36,7 @@ def fixed(*columns):
         {"evaluate": WithSlopes(quad2(4, seed=1), is_smooth=False)},
         {"sample": FreshGaussianSampler(4, 16, seed=1)},
         {"nominal_mean": True},
-        {"objectives": (Objective(Statistic.MEAN), Objective(Statistic.QUANTILE))},
+        {"objectives": (Objective("mean"), Objective("quantile"))},
         {"space": replace(SPACE, integer=[True, False, False, False], tolerance=[0, 0, 0, 0],
                           lower=[0.0] * 4, upper=[2.0] * 4)},
         {"space": fixed(0, 1, 2, 3)},

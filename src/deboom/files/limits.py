@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
-from deboom.choices import LevelStatistic
 from deboom.common import AXES
 from deboom.compressor.acceptance import RISK, Bounds, ComponentLimits, StiffnessLimit
 from deboom.errors import InputError, naming
@@ -27,7 +26,7 @@ from deboom.files.schema import (
     load_toml,
 )
 from deboom.vehicles.design_factor import Factor
-from deboom.vehicles.level_objectives import level_limits
+from deboom.vehicles.level_objectives import known_statistic, level_limits
 from deboom.vehicles.limits import (
     MountRequirements,
     OperatingStiffness,
@@ -197,12 +196,12 @@ class LevelEntry(StrictModel):
     """Largest level of a vehicle over the scatter of its parts; without a vehicle, of every one.
 
     - `vehicle`: its name.
-    - `statistic`: see `deboom.choices.LevelStatistic`.
+    - `statistic`: see `deboom.vehicles.level_objectives.level_statistics`.
     - `at_most_db`: mean over the lines, or the loudest line of ``peak``; ``today``: today's design.
     """
 
     vehicle: str | None = None
-    statistic: Annotated[LevelStatistic, Field(strict=False)] = LevelStatistic.mean
+    statistic: Annotated[str, AfterValidator(known_statistic)] = "mean"
     at_most_db: float | Literal["today"]
 
 

@@ -20,7 +20,7 @@ from deboom.explore.scatter import (
     gaussian_sample,
     sobol_sample,
 )
-from deboom.explore.search import nsga2
+from deboom.explore.search import Search, nsga2
 from deboom.explore.selection import pick
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from samples.known_truth import quad2
@@ -343,9 +343,9 @@ def test_a_search_minimises_what_it_is_asked_for():
             Objective("tail mean", worst=True, share=0.9),
         ),
     )
-    front = nsga2(robust, 20, 15, seed=1).front
+    front = nsga2(robust, Search(20, 15, seed=1)).front
     np.testing.assert_array_equal(front.objectives[:, 0], front.mean.max(axis=1))
-    default = nsga2(ROBUST, 20, 15, seed=1).front
+    default = nsga2(ROBUST, Search(20, 15, seed=1)).front
     assert front.objectives[:, 0].min() < default.mean.max(axis=1).min()
     verified = verified_values(front, replicates(robust, 256, seed=1))
     np.testing.assert_array_equal(verified.objectives[:, 0], verified.mean.max(axis=1))
@@ -370,7 +370,7 @@ def test_three_objectives():
         ROBUST,
         objectives=(MEAN_SUM, SIGMA_SUM, Objective("quantile", worst=True, share=0.9)),
     )
-    result = nsga2(robust, 20, 10, seed=1)
+    result = nsga2(robust, Search(20, 10, seed=1))
     assert result.front.objectives.shape[1] == 3
     assert nondominated(result.front.objectives).all()
     assert np.all(np.diff(result.front.objectives[:, 0]) >= 0.0)

@@ -10,7 +10,7 @@ from deboom.errors import InputError
 from deboom.explore.descent import is_smooth, objectives_and_gradients
 from deboom.explore.moments import STATISTICS, Statistic
 from deboom.explore.space import stiffness_factor_space
-from deboom.files.limits import read_level_limits
+from deboom.files.design_limits import read_level_limits
 from deboom.runs.options import AimOptions, aims
 from deboom.vehicles.level_objectives import LoudestLine, level_limits, level_objective
 

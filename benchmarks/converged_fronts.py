@@ -28,7 +28,7 @@ from deboom.arrays import RealArray
 from deboom.explore.descent import objectives_and_gradients
 from deboom.explore.front import pareto_front, thinned
 from deboom.explore.robust import RobustValues
-from deboom.explore.search import nsga2
+from deboom.explore.search import Search, nsga2
 from deboom.vehicles.booming_model import BoomingModel
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
@@ -192,7 +192,7 @@ def write(robust: deboom.Robust, path: Path, seeds: int) -> None:
     Nothing of `converged_front` has a part in it.
     """
     per_line = 1.0 / (robust.evaluate.n_lines * len(robust.evaluate.response_names))
-    long = [nsga2(robust, 100, 200, seed=101 + number).front for number in range(seeds)]
+    long = [nsga2(robust, Search(100, 200, seed=101 + number)).front for number in range(seeds)]
     begin = pareto_front(*long)
     print(f"{path.stem}: {len(begin)} points by NSGA-II", flush=True)
     visited = robust(constrained(robust, np.asarray(begin.designs), seed=101))

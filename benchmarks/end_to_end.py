@@ -24,7 +24,7 @@ import kernels
 from deboom.arrays import RealArray
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.search import nsga2
+from deboom.explore.search import Search, nsga2
 from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.vehicles.kernels import level_sum
 from samples import drawn_cars
@@ -91,6 +91,6 @@ def _compared(case: drawn_cars.Case) -> tuple[float, float, float]:
 
     begin = time.process_time()
     robust = Robust(_Model(sums, names), space, sample)
-    nsga2(robust, POPULATION, GENERATIONS, seed=1, progress=take_turns)
+    nsga2(robust, Search(POPULATION, GENERATIONS, seed=1), progress=take_turns)
     search = time.process_time() - begin - turns
     return search, POPULATION * loop, POPULATION * loop / search

@@ -21,7 +21,7 @@ import deboom
 from deboom.arrays import RealArray
 from deboom.explore.robust import Around, Robust, RobustValues
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.search import nsga2
+from deboom.explore.search import Search, nsga2
 from deboom.explore.workers import workers_for
 from interleaved import quiet_seconds
 
@@ -87,7 +87,7 @@ def _of_nsga2(robust: Robust) -> float:
     """Processor seconds of a generation beside the evaluation of its designs."""
     timed = _Timed(robust)
     begin = time.thread_time()
-    nsga2(timed, POPULATION, SEARCHED, seed=1)
+    nsga2(timed, Search(POPULATION, SEARCHED, seed=1))
     return (time.thread_time() - begin - timed.seconds) / SEARCHED
 
 

@@ -48,7 +48,7 @@ from deboom.explore.sensitivity import (
     sobol_designs,
 )
 from deboom.explore.space import DesignSpace
-from deboom.files.limits import load_limits, read_level_limits
+from deboom.files.design_limits import load_limits, read_level_limits
 from deboom.pages.front import report_front, report_heard
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,

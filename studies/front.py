@@ -48,7 +48,7 @@ from typer import Option
 
 from deboom.errors import InputError
 from deboom.explore.robust import DesignLimits, Robust
-from deboom.files.limits import mount_limits, read_level_limits
+from deboom.files.design_limits import mount_limits, read_level_limits
 from deboom.pages.correlation import (
     CorrelationStudy,
     DoeRequest,

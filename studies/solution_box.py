@@ -34,7 +34,7 @@ from deboom.explore.box import Box, BoxQuestion, face_shares, verified_share
 from deboom.explore.largest_box import LargestBox, largest_box, tolerance_box
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.search import searched
+from deboom.explore.search import Search, searched
 from deboom.explore.selection import pick, variables_without_effect
 from deboom.explore.space import DesignSpace, sobol_points
 from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, box_document
@@ -241,9 +241,7 @@ def pareto_point(model: Model, options: Options, progress: Progress) -> RealArra
     robust = Robust(model.index, space, sample)
     search = searched(
         robust,
-        population=POPULATION,
-        generations=GENERATIONS,
-        seed=options.seed,
+        Search(population=POPULATION, generations=GENERATIONS, seed=options.seed),
         progress=progress,
     )
     today = robust(space.nominal[np.newaxis])

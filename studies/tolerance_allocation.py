@@ -32,7 +32,7 @@ from deboom.errors import InputError
 from deboom.explore.doe import latin_hypercube
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.search import nsga2
+from deboom.explore.search import Search, nsga2
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
 from deboom.explore.tolerance_allocation import (
     Allocation,
@@ -497,9 +497,7 @@ def _tolerance_front(free: FreeTolerances, design: RealArray, options: Options) 
     with progress_bar("tolerances as variables") as bar:
         searched = nsga2(
             free,
-            population,
-            options.search.generations,
-            seed=options.seed,
+            Search(population, options.search.generations, seed=options.seed),
             first_population=np.concatenate([begin, rest]),
             progress=bar,
         ).front

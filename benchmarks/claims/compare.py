@@ -15,7 +15,7 @@ import pandas as pd
 from claims import Claim, at_least, draws
 from deboom.explore.front import FrontVerdict
 from deboom.explore.robust import Robust
-from deboom.explore.search import nsga2
+from deboom.explore.search import Search, nsga2
 from deboom.files.front_run import ComparedRun
 from deboom.files.front_table import FrontTable
 from deboom.files.platform import read_platform
@@ -80,7 +80,7 @@ def _runs() -> list[ComparedRun]:
         for seed in SEEDS:
             sample = tolerance_sample(sampler, space.n_variables, DRAWS, seed=seed)
             model = Robust(index, space, sample)
-            search = nsga2(model, DESIGNS, GENERATIONS, seed=seed)
+            search = nsga2(model, Search(DESIGNS, GENERATIONS, seed=seed))
             record = {"seed": seed, "arguments": {"sampler": sampler.value}}
             entry = RunEntry(Path("search", f"{sampler.value}{seed}"), record)
             rows = pd.DataFrame(search.front.designs, columns=list(space.labels))

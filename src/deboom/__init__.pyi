@@ -15,6 +15,7 @@ from .explore.result import compare as compare
 from .explore.result import verify as verify
 from .explore.robust import Robust as Robust
 from .explore.search import RobustProblem as RobustProblem
+from .explore.search import Search as Search
 from .explore.search import Until as Until
 from .explore.search import search as search
 from .explore.sensitivity import morris as morris

@@ -32,21 +32,6 @@ def pick_or_file(text: str) -> Pick | Path:
     raise ValueError(f"'{text}' is neither a pick ({', '.join(Pick)}) nor a file with a design")
 
 
-class LevelStatistic(StrEnum):
-    """Number of a vehicle's level over its scatter."""
-
-    mean = "mean"
-    """Mean level."""
-    sigma = "sigma"
-    """Standard deviation of the level."""
-    quantile = "quantile"
-    """Level that 95 % of all parts stay below."""
-    tail = "tail"
-    """Mean of the worst 5 % of all parts."""
-    peak = "peak"
-    """Mean of the loudest line."""
-
-
 class Distribution(StrEnum):
     """How a variable scatters about the value that it is made to have."""
 

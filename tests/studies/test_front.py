@@ -15,7 +15,7 @@ from deboom.explore import selection
 from deboom.files.former_studies import FORMER_STUDIES
 from deboom.files.platform import read_platform
 from deboom.files.run_folder import read_run
-from deboom.runs.options import Aim, Sampler
+from deboom.runs.options import Sampler
 from deboom.runs.rebuilt import rebuilt_model
 from deboom.runs.runner import load_study, run_study, study_command
 from deboom.vehicles.booming_model import Motion
@@ -155,7 +155,7 @@ def test_the_model_of_a_run_is_built_again_without_a_search(front_run):
             "Two objectives, both as small as possible: the sum over the vehicles of the mean SPLV",
         ),
         (
-            {"group": ["F39"], "tolerance": 0.45, "objective": Aim.tail, "control_variate": True},
+            {"group": ["F39"], "tolerance": 0.45, "objective": "tail", "control_variate": True},
             "numbers_of_the_worst_parts",
             "The search minimised mean of the worst 5 %, sum and sigma, sum; picks are those",
         ),

@@ -99,10 +99,10 @@ def test_a_limit_out_of_reach_ends_in_a_sentence_that_names_it(tmp_path):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ('[[sag]]\nmount = "Du"\nat_most_mm = 3.0\n', "no direction 'Du z'"),
+        ('[[sag]]\nmount = "Du"\nat_most_mm = 3.0\n', r"\[\[sag\]\] 1: .*no direction 'Du z'"),
         (
             '[[travel]]\ndirection = "TSM x"\nwheel_torque_nm = 9e4\nat_most_mm = 9.0\n',
-            "beyond its measured curve",
+            r"limits.toml: \[\[travel\]\] 1: .* beyond its measured curve",
         ),
         ('[[stiffness]]\nvariable = "Q x"\nat_least_n_per_mm = 1.0\n', "no measured stiffness"),
     ],

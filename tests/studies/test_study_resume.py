@@ -21,7 +21,7 @@ from deboom.explore import search as searches
 from deboom.explore import workers
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.search import nsga2
+from deboom.explore.search import Search, nsga2
 from deboom.explore.space import stiffness_factor_space
 from deboom.explore.workers import workers_for
 from deboom.files import run_folder as run_lock
@@ -354,7 +354,7 @@ def cluster():
 
 
 def test_a_worker_killed_mid_run_changes_nothing(cluster):
-    whole = nsga2(ROBUST, 20, 8, seed=1)
+    whole = nsga2(ROBUST, Search(20, 8, seed=1))
     with workers_for(ROBUST, scheduler=cluster.scheduler_address) as spread:
 
         def progress(number, total, text):
@@ -362,7 +362,7 @@ def test_a_worker_killed_mid_run_changes_nothing(cluster):
                 victim = next(iter(spread.client.run(os.getpid).values()))
                 os.kill(victim, getattr(signal, "SIGKILL", signal.SIGTERM))
 
-        search = nsga2(spread, 20, 8, seed=1, progress=progress)
+        search = nsga2(spread, Search(20, 8, seed=1), progress=progress)
     for field in fields(whole.front):
         np.testing.assert_array_equal(
             getattr(search.front, field.name), getattr(whole.front, field.name)

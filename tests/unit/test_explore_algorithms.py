@@ -13,10 +13,10 @@ from pymoo.util.ref_dirs import get_reference_directions
 import deboom
 from deboom.errors import InputError
 from deboom.explore.front import common_box
-from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, Statistic
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective
 from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.search import ALGORITHMS, RobustProblem, Until, nsga2, search, searched
+from deboom.explore.search import ALGORITHMS, RobustProblem, Search, Until, nsga2, searched
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
 from samples.known_truth import exact_front, quad2
 
@@ -24,7 +24,7 @@ MODEL = quad2(4, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)
 SAMPLE = sobol_sample(4, 16, seed=1)
 ROBUST = Robust(MODEL, SPACE, SAMPLE)
-BUDGET = {"population": 20, "generations": 15, "seed": 2}
+BUDGET = Search(population=20, generations=15, seed=2)
 
 
 def of(function):
@@ -43,11 +43,11 @@ COMPILED = pytest.param("age-moea", marks=pytest.mark.slow("pymoo compiles it in
 @pytest.mark.parametrize("name", [COMPILED, *(name for name in ALGORITHMS if name != "age-moea")])
 def test_every_algorithm_nears_the_closed_form_also_where_designs_fail(name):
     parabola = Robust(MODEL, SPACE, SAMPLE, estimator=Estimator(2))
-    whole = searched(parabola, population=20, generations=40, seed=2, algorithm=name)
+    whole = searched(parabola, Search(population=20, generations=40, seed=2, algorithm=name))
     exact = exact_front(MODEL, SPACE)
     box = common_box([exact])
     assert box.hypervolume(whole.front.objectives) > 0.8 * box.hypervolume(exact)
-    first, again = (searched(of(fails_beyond), **BUDGET, algorithm=name) for _ in range(2))
+    first, again = (searched(of(fails_beyond), replace(BUDGET, algorithm=name)) for _ in range(2))
     assert first.n_failed > 0
     assert not first.front.failed.any()
     np.testing.assert_array_equal(first.evaluated.designs, again.evaluated.designs)
@@ -56,10 +56,10 @@ def test_every_algorithm_nears_the_closed_form_also_where_designs_fail(name):
 def test_an_object_of_pymoo_searches_as_in_pymoo_and_is_left_as_it_was():
     directions = get_reference_directions("das-dennis", 2, n_partitions=19)
     algorithm = RVEA(directions)
-    first, again = (searched(ROBUST, **BUDGET, algorithm=algorithm) for _ in range(2))
+    first, again = (searched(ROBUST, replace(BUDGET, algorithm=algorithm)) for _ in range(2))
     np.testing.assert_array_equal(first.evaluated.designs, again.evaluated.designs)
     alone = minimize(RobustProblem(ROBUST), NSGA2(20), ("n_gen", 15), seed=2)
-    ours = searched(ROBUST, **BUDGET, algorithm=NSGA2(20))
+    ours = searched(ROBUST, replace(BUDGET, algorithm=NSGA2(20)))
     last = ours.evaluated.designs[-20:]
     assert {tuple(x) for x in alone.pop.get("X")} <= {tuple(x) for x in ours.evaluated.designs}
     assert last.shape == (20, 4)
@@ -75,40 +75,41 @@ def test_an_object_of_pymoo_searches_as_in_pymoo_and_is_left_as_it_was():
 )
 def test_what_cannot_search_is_refused_by_name(changes, words):
     with pytest.raises(InputError, match=words):
-        deboom.search(ROBUST, **BUDGET, **changes)
+        deboom.search(ROBUST, BUDGET, **changes)
 
 
 def test_a_model_that_carries_its_limits_is_refused_before_the_search():
     limited = ResponseFunction(lambda x: x[:, :1], SPACE.names, ("first",), "1")
     response = LimitedResponse(ROBUST, limited, Limits((Limit("first", "1", at_least=0.9),)))
     with pytest.raises(InputError, match="LimitedResponse cannot be verified"):
-        deboom.search(response, **BUDGET)
+        deboom.search(response, BUDGET)
 
 
 def test_any_number_of_designs_and_a_front_begin_a_search():
     many = 0.8 + 0.4 * np.random.default_rng(1).random((33, 4))
-    front = deboom.search(ROBUST, **BUDGET, first_population=many, polish=False)
+    front = deboom.search(ROBUST, BUDGET, first_population=many, polish=False)
     np.testing.assert_array_equal(front.search.evaluated.designs[:33], many)
-    after = deboom.search(ROBUST, **BUDGET, first_population=front, polish=False)
+    after = deboom.search(ROBUST, BUDGET, first_population=front, polish=False)
     begun = after.search.evaluated.designs[: len(front.values)]
     np.testing.assert_array_equal(begun, front.values.designs)
-    alone = deboom.search(ROBUST, **BUDGET, first_population=SPACE.nominal, polish=False)
+    alone = deboom.search(ROBUST, BUDGET, first_population=SPACE.nominal, polish=False)
     np.testing.assert_array_equal(alone.search.evaluated.designs[0], SPACE.nominal)
 
 
 def test_a_search_ends_where_it_stands_still_and_says_so():
-    whole = searched(ROBUST, population=20, generations=60, seed=1)
+    long = Search(population=20, generations=60, seed=1)
+    whole = searched(ROBUST, long)
     assert whole.stopped == "60 generations"
-    still = searched(ROBUST, population=20, generations=60, seed=1, until=Until(gain=0.02, over=5))
+    still = searched(ROBUST, replace(long, until=Until(gain=0.02, over=5)))
     n = len(still.hypervolume)
     assert 5 < n < 60
     np.testing.assert_array_equal(still.hypervolume, whole.hypervolume[:n])
     assert 1 - still.hypervolume[-6] / still.hypervolume[-1] < 0.02
     assert 1 - still.hypervolume[-7] / still.hypervolume[-2] >= 0.02
     assert still.stopped == f"{n} generations, ended by a gain below 0.02 over 5 generations"
-    short = searched(ROBUST, population=20, generations=10**6, seed=1, until=Until(seconds=0.2))
+    short = searched(ROBUST, replace(long, generations=10**6, until=Until(seconds=0.2)))
     assert short.stopped.endswith("ended after 0.2 s")
-    few = searched(ROBUST, population=20, generations=60, seed=1, until=Until(evaluations=50))
+    few = searched(ROBUST, replace(long, until=Until(evaluations=50)))
     assert few.stopped == "3 generations, ended after 60 evaluations"
     np.testing.assert_array_equal(few.hypervolume, whole.hypervolume[:3])
     for wrong in ({}, {"seconds": 0.0}, {"evaluations": 0}, {"gain": 0.1, "over": 0}):
@@ -125,12 +126,12 @@ def test_any_exception_of_a_function_is_a_failed_design_with_its_message():
             raise KeyError("no licence")
         return (designs - 0.9) ** 2 @ np.ones((4, 2))
 
-    front = deboom.search(of(mistaken), **BUDGET)
+    front = deboom.search(of(mistaken), BUDGET)
     result = front.search
     assert 0 < result.n_failed < result.n_evaluated
     assert result.failures == {"KeyError: 'no licence'": result.n_failed}
     assert f"{result.n_failed} failed ({result.n_failed} of them with 'KeyError" in front.text
-    spread = searched(ROBUST, **BUDGET)
+    spread = searched(ROBUST, BUDGET)
     assert spread.failures == {}
 
 
@@ -161,7 +162,7 @@ def test_if_the_whole_first_generation_fails_the_exception_is_shown():
         return designs["a"]
 
     with pytest.raises(InputError, match="the first one with 'IndexError: only integers"):
-        searched(of(mistaken), **BUDGET)
+        searched(of(mistaken), BUDGET)
 
 
 def test_a_wrong_shape_is_no_failed_design():
@@ -178,7 +179,7 @@ def test_a_function_that_writes_into_its_argument_changes_no_design():
     made = deboom.doe(model, SPACE, n=16)
     assert made.doe.designs.max() <= 1.2
     np.testing.assert_allclose(model(made.doe.designs), MODEL(made.doe.designs), rtol=1e-12)
-    front = searched(of(scaled), **BUDGET)
+    front = searched(of(scaled), BUDGET)
     assert front.evaluated.designs.max() <= 1.2
 
 
@@ -236,14 +237,17 @@ def test_sensitivities_of_whole_numbers_are_those_of_their_options():
 
 
 def test_three_objectives_are_searched_and_merged():
-    robust = replace(ROBUST, objectives=(MEAN_SUM, SIGMA_SUM, Objective(Statistic.QUANTILE)))
-    result = searched(robust, **BUDGET, algorithm="nsga3", searches=2)
+    robust = replace(ROBUST, objectives=(MEAN_SUM, SIGMA_SUM, Objective("quantile")))
+    result = searched(robust, replace(BUDGET, algorithm="nsga3", searches=2))
     assert result.front.objectives.shape[1] == 3
 
 
 def test_the_default_is_nsga2_bit_for_bit():
-    assert search.__kwdefaults__["algorithm"] == "nsga2"
-    default, other = nsga2(ROBUST, 12, 3, seed=1), searched(ROBUST, population=12, generations=3)
+    assert Search().algorithm == "nsga2"
+    default, other = (
+        nsga2(ROBUST, Search(12, 3, seed=1)),
+        searched(ROBUST, Search(population=12, generations=3)),
+    )
     np.testing.assert_array_equal(default.evaluated.objectives, other.evaluated.objectives)
 
 
@@ -294,7 +298,7 @@ def test_limits_of_numbers_are_kept_by_the_whole_front():
             Objective("sigma").at_most(0.07),
         ),
     )
-    front = deboom.search(best, **BUDGET, verified_with=64)
+    front = deboom.search(best, BUDGET, verified_with=64)
     today = best(SPACE.nominal[np.newaxis]).mean[0, 1]
     assert np.all(front.search.front.mean[:, 1] <= today)
     assert np.all(front.search.front.sigma_sum <= 0.07)
@@ -308,9 +312,9 @@ def test_limits_of_numbers_are_kept_by_the_whole_front():
 
 def test_objectives_that_say_the_same_are_the_same():
     """A user's mean and sigma are those of the default, with its picks, columns and gradients."""
-    default = deboom.search(ROBUST, **BUDGET, verified_with=64)
+    default = deboom.search(ROBUST, BUDGET, verified_with=64)
     stated = replace(ROBUST, objectives=[deboom.Objective("mean"), deboom.Objective("sigma")])
-    front = deboom.search(stated, **BUDGET, verified_with=64)
+    front = deboom.search(stated, BUDGET, verified_with=64)
     assert front.note == default.note == "Its picks then went on by gradient."
     assert front.table.equals(default.table)
     assert Objective("mean") != Objective("mean", worst=True)
@@ -320,7 +324,7 @@ def test_objectives_that_say_the_same_are_the_same():
 
 def test_two_objectives_of_a_user_are_no_mean_and_sigma():
     objectives = (Objective("mean", response="y1"), Objective("mean", response="y2"))
-    front = deboom.search(replace(ROBUST, objectives=objectives), **BUDGET, verified_with=64)
+    front = deboom.search(replace(ROBUST, objectives=objectives), BUDGET, verified_with=64)
     assert list(front.picks)[:2] == ["best-mean, y1", "best-mean, y2"]
     best = front.pick_designs["best-mean, y2"]
     mean = front.judge(front.values.designs).mean[:, 1]
@@ -341,7 +345,7 @@ def test_a_front_of_up_to_five_objectives_has_table_picks_and_pictures(n):
         Objective("mean", response=lambda y: y.max(axis=1), label="peak", unit="dB(A)"),
     )[:n]
     robust = replace(ROBUST, objectives=objectives)
-    front = deboom.search(robust, **BUDGET, algorithm="nsga3", verified_with=64)
+    front = deboom.search(robust, BUDGET, algorithm="nsga3", verified_with=64)
     table, values = front.table, front.values.objectives
     assert values.shape[1] == n
     further = [f"best-{objective.name}" for objective in objectives[2:]]
@@ -362,7 +366,7 @@ def test_a_front_of_up_to_five_objectives_has_table_picks_and_pictures(n):
 
 def test_a_front_of_three_objectives_has_table_picks_and_picture():
     objectives = (MEAN_SUM, SIGMA_SUM, Objective("quantile", share=0.9, response="y2"))
-    front = deboom.search(replace(ROBUST, objectives=objectives), **BUDGET, verified_with=64)
+    front = deboom.search(replace(ROBUST, objectives=objectives), BUDGET, verified_with=64)
     table = front.table
     last = "90 % quantile, y2"
     np.testing.assert_array_equal(table[f"{last} [1]"], front.values.objectives[:, 2])

@@ -10,10 +10,10 @@ from deboom.explore import descent
 from deboom.explore import search as search_module
 from deboom.explore.descent import converged_front, is_smooth, objectives_and_gradients
 from deboom.explore.front import common_box
-from deboom.explore.moments import Objective, Statistic
+from deboom.explore.moments import Objective
 from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
 from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
-from deboom.explore.search import nsga2, searched
+from deboom.explore.search import Search, nsga2, searched
 from deboom.explore.space import stiffness_factor_space
 from samples.known_truth import WithSlopes, quad2
 
@@ -36,7 +36,7 @@ def fixed(*columns):
         {"evaluate": WithSlopes(quad2(4, seed=1), is_smooth=False)},
         {"sample": FreshGaussianSampler(4, 16, seed=1)},
         {"nominal_mean": True},
-        {"objectives": (Objective(Statistic.MEAN), Objective(Statistic.QUANTILE))},
+        {"objectives": (Objective("mean"), Objective("quantile"))},
         {"space": replace(SPACE, integer=[True, False, False, False], tolerance=[0, 0, 0, 0],
                           lower=[0.0] * 4, upper=[2.0] * 4)},
         {"space": fixed(0, 1, 2, 3)},
@@ -49,7 +49,7 @@ def test_without_exact_gradients_nothing_descends(changes):
 
 def test_the_population_of_nsga2_is_part_of_the_archive_of_a_converged_front():
     whole = deboom.search(ROBUST, **BUDGET)
-    pure = nsga2(ROBUST, 8, 2, seed=3)
+    pure = nsga2(ROBUST, Search(8, 2, seed=3))
     np.testing.assert_array_equal(whole.search.evaluated.designs[:16], pure.evaluated.designs)
     np.testing.assert_array_equal(whole.search.hypervolume, pure.hypervolume)
     assert whole.search.n_evaluated > 100
@@ -93,8 +93,8 @@ def test_one_search_of_few_and_one_of_many_designs_are_not_decided():
 
 def test_unpolished_the_search_is_nsga2_alone():
     front = deboom.search(ROBUST, **BUDGET, polish=False)
-    np.testing.assert_array_equal(front.search.evaluated.designs, nsga2(ROBUST, 8, 2, seed=3)
-                                  .evaluated.designs)  # fmt: skip
+    alone = nsga2(ROBUST, Search(8, 2, seed=3)).evaluated
+    np.testing.assert_array_equal(front.search.evaluated.designs, alone.designs)
     assert front.note == ""
 
 
@@ -183,7 +183,7 @@ def test_two_means_have_a_converged_front_of_their_own():
     aims = [Objective("mean", response=name) for name in ("y1", "y2")]
     robust = replace(ROBUST, objectives=tuple(aims))
     reached = converged_front(robust, seed=1)
-    alone = nsga2(robust, 40, 40, seed=1).front
+    alone = nsga2(robust, Search(40, 40, seed=1)).front
     best, expected = reached.objectives.min(axis=0), alone.objectives.min(axis=0)
     assert np.all(best <= expected + 1e-9)
 
@@ -262,7 +262,7 @@ def test_descents_step_back_from_designs_that_fail():
     """They cannot follow the edge of what fails, but stay on this side; NSGA-II has the rest."""
     robust = replace(ROBUST, evaluate=Breaks(quad2(4, seed=1)))
     assert not converged_front(robust, seed=1).failed.any()
-    result = searched(robust, population=12, generations=6, seed=1)
+    result = searched(robust, Search(population=12, generations=6, seed=1))
     assert result.n_failed > 0
 
 

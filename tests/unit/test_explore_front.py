@@ -29,7 +29,7 @@ from deboom.explore.front import (
 from deboom.explore.moments import Estimator
 from deboom.explore.robust import Robust, RobustValues
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.search import nsga2
+from deboom.explore.search import Search, nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from samples.known_truth import exp1, quad2
 
@@ -465,7 +465,7 @@ def robust_of(make, **changes):
 @BOTH
 def test_improved_picks_reach_the_optimum_and_keep_what_they_must(make):
     exact = robust_of(make, estimator=Estimator(2))
-    search = nsga2(exact, 40, 10, seed=1)
+    search = nsga2(exact, Search(40, 10, seed=1))
     today = exact(exact.space.nominal[None, :])
     before = selection.pick(search.evaluated, today)
     better = selection.improved(exact, search.evaluated, today)
@@ -489,7 +489,7 @@ def test_a_fixed_variable_stays_where_it_is():
     lower, upper = exact.space.lower.copy(), exact.space.upper.copy()
     lower[0] = upper[0] = 1.0
     exact = replace(exact, space=replace(exact.space, lower=lower, upper=upper))
-    search, today = nsga2(exact, 8, 3, seed=1), exact(exact.space.nominal[None, :])
+    search, today = nsga2(exact, Search(8, 3, seed=1)), exact(exact.space.nominal[None, :])
     better = selection.improved(exact, search.evaluated, today)
     assert (better.designs[:, 0] == 1.0).all()
     assert better.mean_sum.min() < search.front.mean_sum.min()

@@ -17,7 +17,7 @@ from deboom.explore import search as search_module
 from deboom.explore.front import hypervolume, nondominated, pareto_front
 from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust, RobustEvaluation
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.search import FAILED_OBJECTIVE, RobustProblem, merge, nsga2
+from deboom.explore.search import FAILED_OBJECTIVE, RobustProblem, Search, merge, nsga2
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
 from samples.known_truth import quad2
 
@@ -136,8 +136,8 @@ def test_failed_designs_reach_pymoo_finite_and_infeasible():
 
 
 def test_a_failed_design_never_wins():
-    assert nsga2(ROBUST, 20, 10, seed=1).n_failed == 0
-    result = nsga2(FAILING, 20, 10, seed=1)
+    assert nsga2(ROBUST, Search(20, 10, seed=1)).n_failed == 0
+    result = nsga2(FAILING, Search(20, 10, seed=1))
     assert result.n_failed > 0
     assert FAILING(result.evaluated.designs[result.evaluated.failed]).failed.all()
     assert not FAILING(result.front.designs).failed.any()
@@ -146,20 +146,20 @@ def test_a_failed_design_never_wins():
 
 
 def test_one_seed_gives_one_result_whatever_the_global_generators_do():
-    first = nsga2(FAILING, 20, 8, seed=5)
+    first = nsga2(FAILING, Search(20, 8, seed=5))
     np.random.seed(123)  # noqa: NPY002 - the global generator is what must not matter
     random.seed(123)
     before = np.random.get_state()[1].copy()  # noqa: NPY002
-    second = nsga2(FAILING, 20, 8, seed=5)
+    second = nsga2(FAILING, Search(20, 8, seed=5))
     np.testing.assert_array_equal(before, np.random.get_state()[1])  # noqa: NPY002
     same(first, second)
-    other_seed = nsga2(FAILING, 20, 8, seed=6)
+    other_seed = nsga2(FAILING, Search(20, 8, seed=6))
     assert not np.array_equal(first.front.designs, other_seed.front.designs)
 
 
 def test_the_search_is_pymoos_own_nsga2_and_its_archive_holds_more():
     plain = minimize(RobustProblem(ROBUST), NSGA2(20), ("n_gen", 12), seed=3)
-    ours = nsga2(ROBUST, 20, 12, seed=3)
+    ours = nsga2(ROBUST, Search(20, 12, seed=3))
     assert ours.n_evaluated == plain.algorithm.evaluator.n_eval == 240
     assert ours.hypervolume.shape == (12,)
     assert ours.hypervolume[-1] >= hypervolume(plain.F, ours.reference_point)
@@ -171,7 +171,7 @@ def test_the_search_is_pymoos_own_nsga2_and_its_archive_holds_more():
 
 def test_the_archive_never_gets_worse_and_holds_every_design_that_was_best():
     recording = _Recording(ROBUST)
-    result = nsga2(recording, 20, 10, seed=1)
+    result = nsga2(recording, Search(20, 10, seed=1))
     assert np.all(np.diff(result.hypervolume) >= 0.0)
     assert result.hypervolume[-1] > 1.05 * result.hypervolume[0]
     everything = ROBUST(np.vstack(recording.evaluated))
@@ -185,7 +185,7 @@ def test_the_archive_never_gets_worse_and_holds_every_design_that_was_best():
 
 def test_progress_is_told_after_every_generation_and_nothing_else_happens(capfd):
     told, before = [], list(warnings.filters)
-    nsga2(FAILING, 10, 4, seed=1, progress=lambda *report: told.append(report))
+    nsga2(FAILING, Search(10, 4, seed=1), progress=lambda *report: told.append(report))
     assert [(number, total) for number, total, _ in told] == [(1, 4), (2, 4), (3, 4), (4, 4)]
     assert told[-1][2].startswith("generation 4 of 4, ")
     assert "failed" in told[-1][2]
@@ -195,7 +195,7 @@ def test_progress_is_told_after_every_generation_and_nothing_else_happens(capfd)
 
 def test_progress_tells_the_change_of_the_best_mean_from_today():
     told = []
-    result = nsga2(ROBUST, 10, 3, seed=1, progress=lambda *report: told.append(report[2]))
+    result = nsga2(ROBUST, Search(10, 3, seed=1), progress=lambda *report: told.append(report[2]))
     today = ROBUST(ROBUST.space.nominal[np.newaxis]).mean_sum[0]
     change = (result.front.mean_sum.min() - today) / result.front.mean.shape[1]
     number = f"{change / getattr(ROBUST.evaluate, 'n_lines', 1):+.2g}".replace("-", "−")
@@ -205,11 +205,11 @@ def test_progress_tells_the_change_of_the_best_mean_from_today():
 def test_the_record_of_a_search_says_what_ended_it():
     store = _Memory()
     until = search_module.Until(gain=0.02, over=3)
-    result = nsga2(ROBUST, 10, 60, seed=1, checkpoint=store, until=until)
+    result = nsga2(ROBUST, Search(10, 60, seed=1, until=until), checkpoint=store)
     assert result.stopped.endswith("generations, ended by a gain below 0.02 over 3 generations")
     assert store.load()["stopped"] == result.stopped
     # what is kept of it serves a search that goes further
-    further = nsga2(ROBUST, 10, len(result.hypervolume) + 2, seed=1, checkpoint=store)
+    further = nsga2(ROBUST, Search(10, len(result.hypervolume) + 2, seed=1), checkpoint=store)
     assert store.load()["stopped"] == further.stopped
     np.testing.assert_array_equal(further.hypervolume[:-2], result.hypervolume)
 
@@ -217,17 +217,21 @@ def test_the_record_of_a_search_says_what_ended_it():
 def test_a_fixed_variable_stays_where_it_is():
     lower, upper = SPACE.lower.copy(), SPACE.upper.copy()
     lower[0] = upper[0] = 1.0
-    result = nsga2(replace(ROBUST, space=replace(SPACE, lower=lower, upper=upper)), 10, 5, seed=1)
+    result = nsga2(
+        replace(ROBUST, space=replace(SPACE, lower=lower, upper=upper)), Search(10, 5, seed=1)
+    )
     np.testing.assert_array_equal(result.front.designs[:, 0], 1.0)
     assert result.n_evaluated == 50
     point = replace(SPACE, lower=SPACE.nominal, upper=SPACE.nominal)
-    result = nsga2(replace(ROBUST, space=point), 10, 5, seed=1)  # ends early with that design
+    result = nsga2(
+        replace(ROBUST, space=point), Search(10, 5, seed=1)
+    )  # ends early with that design
     np.testing.assert_array_equal(result.front.designs, SPACE.nominal[None, :])
 
 
 def test_the_first_generation_is_the_one_given_and_stays_as_it_was():
     recording, given = _Recording(ROBUST), FIRST.copy()
-    nsga2(recording, 8, 3, seed=1, first_population=given)
+    nsga2(recording, Search(8, 3, seed=1), first_population=given)
     assert np.array_equal(recording.evaluated[0], FIRST)
     assert np.array_equal(given, FIRST)
     assert not np.array_equal(recording.evaluated[1], FIRST)
@@ -248,36 +252,38 @@ def test_the_first_generation_is_the_one_given_and_stays_as_it_was():
     ],
 )
 def test_searches_that_cannot_be_are_refused(arguments, words):
+    others = {name: arguments[name] for name in ("robust", "first_population") if name in arguments}
+    settings = {name: value for name, value in arguments.items() if name not in others}
     with pytest.raises(InputError, match=words):
-        nsga2(**{"robust": ROBUST, "seed": 1, **arguments})
+        nsga2(**{"robust": ROBUST, **others}, settings=Search(**settings))
 
 
 @pytest.mark.parametrize("robust", [ROBUST, FAILING, limited()])
 def test_killed_after_any_generation_the_result_is_the_same(robust):
-    whole = nsga2(robust, 20, 12, seed=3)
+    whole = nsga2(robust, Search(20, 12, seed=3))
     for until in (0, 1, 6, 11):
         store = _Memory()
         with pytest.raises(Killed):
-            nsga2(_Recording(robust, until), 20, 12, seed=3, checkpoint=store)
+            nsga2(_Recording(robust, until), Search(20, 12, seed=3), checkpoint=store)
         assert len(store.evaluations) == until
         again = _Recording(robust)
-        same(nsga2(again, 20, 12, seed=3, checkpoint=store), whole)
+        same(nsga2(again, Search(20, 12, seed=3), checkpoint=store), whole)
         assert len(again.evaluated) == 12 - until
 
 
 def test_every_design_is_kept_with_its_responses_and_more_generations_follow():
     store = _Memory()
-    search = nsga2(FAILING, 20, 7, seed=3, checkpoint=store)
+    search = nsga2(FAILING, Search(20, 7, seed=3), checkpoint=store)
     designs = np.concatenate([store.evaluations[n]["designs"] for n in range(1, 8)])
     assert len(designs) == search.n_evaluated
     sigma = np.concatenate([store.evaluations[n]["sigma"] for n in range(1, 8)])
     np.testing.assert_array_equal(sigma, FAILING(designs).sigma)
-    whole = nsga2(FAILING, 20, 12, seed=3)
-    resumed = nsga2(FAILING, 20, 12, seed=3, checkpoint=store)
+    whole = nsga2(FAILING, Search(20, 12, seed=3))
+    resumed = nsga2(FAILING, Search(20, 12, seed=3), checkpoint=store)
     same(resumed, whole)
     assert resumed.seconds > search.seconds
     store.evaluations[1] = {"designs": np.ones((20, 4))}  # not those that are asked for
-    same(nsga2(FAILING, 20, 12, seed=3, checkpoint=store), whole)
+    same(nsga2(FAILING, Search(20, 12, seed=3), checkpoint=store), whole)
 
 
 @pytest.mark.parametrize(
@@ -292,22 +298,21 @@ def test_every_design_is_kept_with_its_responses_and_more_generations_follow():
 )
 def test_what_was_kept_of_another_search_is_refused_by_name(changes, words):
     store = _Memory()
-    options = {"population": 8, "seed": 3, "first_population": FIRST, "checkpoint": store}
-    nsga2(ROBUST, generations=2, **options)
+    settings, options = Search(8, 4, seed=3), {"first_population": FIRST, "checkpoint": store}
+    nsga2(ROBUST, Search(8, 2, seed=3), **options)
     names = changes.pop("names", SPACE.names)
     model = ResponseFunction(MODEL, names, MODEL.response_names, "1")
     robust = Robust(model, stiffness_factor_space(names), SAMPLE)
-    if "population" in changes:
-        changes = {**changes, "first_population": np.tile(FIRST, (3, 1))}
+    first = {"first_population": changes.pop("first_population", np.tile(FIRST, (3, 1)))}
     with pytest.raises(InputError, match=words):
-        nsga2(robust, generations=4, **{**options, **changes})
-    whole = nsga2(ROBUST, 8, 4, seed=3, first_population=FIRST)
-    same(nsga2(ROBUST, generations=4, **options), whole)
+        nsga2(robust, replace(settings, **changes), **{**options, **first})
+    whole = nsga2(ROBUST, Search(8, 4, seed=3), first_population=FIRST)
+    same(nsga2(ROBUST, settings, **options), whole)
 
 
 def test_the_front_keeps_all_limits_and_the_others_are_kept_with_their_excess():
     response = limited()
-    search = nsga2(response, 24, 12, seed=1)
+    search = nsga2(response, Search(24, 12, seed=1))
     assert np.all(response.excess(search.front.designs) <= 0.0)
     assert np.all(total(search.front.designs)[:, 0] <= 4.1)
     assert 0 < search.infeasible.sum() < search.n_evaluated == 24 * 12
@@ -329,7 +334,7 @@ def test_the_front_keeps_all_limits_and_the_others_are_kept_with_their_excess():
 )
 def test_limits_out_of_reach_say_which_and_by_how_much(response, words):
     with pytest.raises(InputError, match=words):
-        nsga2(response, 20, 2, seed=1)
+        nsga2(response, Search(20, 2, seed=1))
 
 
 def test_a_limit_that_some_design_keeps_is_not_named():
@@ -341,7 +346,7 @@ def test_a_number_that_cannot_be_computed_keeps_no_limit():
     def half(designs):
         return np.where(designs[:, :1] > 1.0, np.nan, total(designs))
 
-    search = nsga2(limited(9.0, (0.0, 9.0), half), 20, 8, seed=1)
+    search = nsga2(limited(9.0, (0.0, 9.0), half), Search(20, 8, seed=1))
     assert np.all(search.front.designs[:, 0] <= 1.0)
     assert np.isinf(search.evaluated.excess[search.infeasible]).any(axis=1).all()
     out = RobustProblem(limited(function=half)).evaluate(
@@ -351,7 +356,7 @@ def test_a_number_that_cannot_be_computed_keeps_no_limit():
 
 
 def test_searches_of_several_seeds_merge_into_one_front():
-    searches = [nsga2(limited(), 20, 10, seed=seed) for seed in (1, 2, 3)]
+    searches = [nsga2(limited(), Search(20, 10, seed=seed)) for seed in (1, 2, 3)]
     merged = merge(searches)
     expected = pareto_front(*(search.front for search in searches))
     np.testing.assert_array_equal(merged.front.designs, expected.designs)
@@ -396,8 +401,8 @@ MIXED = Robust(
 
 def test_every_design_has_whole_numbers_within_their_bounds_evenly_drawn_at_first():
     recording = _Recording(MIXED)
-    nsga2(recording, 600, 2, seed=1)
-    nsga2(recording, 20, 15, seed=1)
+    nsga2(recording, Search(600, 2, seed=1))
+    nsga2(recording, Search(20, 15, seed=1))
     designs = np.concatenate(recording.evaluated)
     whole = designs[:, :3]
     np.testing.assert_array_equal(whole, np.floor(whole))
@@ -413,14 +418,14 @@ def test_the_front_of_options_alone_is_that_of_all_sets():
     fixed = replace(MIXED_SPACE, lower=np.array([0, 0, 0, 1, 1]), upper=np.array([4, 3, 5, 1, 1]))
     robust = replace(MIXED, space=fixed)
     truth = pareto_front(robust(np.hstack([SETS, np.ones((len(SETS), 2))])))
-    front = nsga2(robust, 20, 40, seed=1).front
+    front = nsga2(robust, Search(20, 40, seed=1)).front
     np.testing.assert_array_equal(front.designs, truth.designs)
 
 
 def test_every_pair_of_parents_exchanges_its_own_options():
     parents = np.ones((2, 400, 5))
     parents[0, :, :3] = 0.0
-    crossover = search_module._algorithm(MIXED, 20, None, "nsga2")[0].mating.crossover
+    crossover = search_module._algorithm(MIXED, Search(20), None)[0].mating.crossover
     random = np.random.default_rng(1)
     children = crossover._do(RobustProblem(MIXED), parents, random_state=random)[:, :, :3]
     assert np.all(children.sum(axis=0) == 1.0)

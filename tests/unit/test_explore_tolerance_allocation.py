@@ -19,7 +19,7 @@ from deboom.explore.scatter import (
     part_structure,
     sobol_sample,
 )
-from deboom.explore.search import nsga2
+from deboom.explore.search import Search, nsga2
 from deboom.explore.space import ResponseFunction, generator, stiffness_factor_space
 from deboom.explore.tolerance_allocation import (
     Allocator,
@@ -443,7 +443,7 @@ def test_tolerances_as_variables_are_those_of_a_response_that_has_them():
 
 def test_a_front_over_tolerances_trades_sigma_for_price():
     free = FreeTolerances(linear_robust(), GROUPS, 0.05, 0.25)
-    front = nsga2(free, 16, 12, seed=1).front
+    front = nsga2(free, Search(16, 12, seed=1)).front
     assert front.designs.shape[1] == 5
     order = np.argsort(front.objectives[:, 2])
     cheap, dear = front.sigma_sum[order[0]], front.sigma_sum[order[-1]]

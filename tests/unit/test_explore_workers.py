@@ -16,7 +16,7 @@ from deboom.errors import InputError
 from deboom.explore import workers
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
-from deboom.explore.search import nsga2
+from deboom.explore.search import Search, nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.explore.workers import SpreadResponse, workers_for
 from samples.known_truth import quad2
@@ -53,7 +53,7 @@ def test_chunks_of_any_size_give_the_same_rows(n_workers, robust):
 
 
 def test_a_pool_finds_the_same_front_although_a_worker_is_killed():
-    whole = nsga2(ROBUST, 20, 6, seed=1)
+    whole = nsga2(ROBUST, Search(20, 6, seed=1))
     with workers_for(ROBUST, workers=2) as pooled:
 
         def progress(number, total, text):
@@ -61,7 +61,7 @@ def test_a_pool_finds_the_same_front_although_a_worker_is_killed():
                 victim = next(iter(pooled.executor._processes))
                 os.kill(victim, getattr(signal, "SIGKILL", signal.SIGTERM))
 
-        search = nsga2(pooled, 20, 6, seed=1, progress=progress)
+        search = nsga2(pooled, Search(20, 6, seed=1), progress=progress)
     same(search.front, whole.front)
     np.testing.assert_array_equal(search.hypervolume, whole.hypervolume)
 

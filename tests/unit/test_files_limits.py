@@ -1,12 +1,21 @@
 """Limits of a component and of a platform: SI inside, strict keys in the reader."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.limits import load_limits, read_component_limits, read_level_limits
+from deboom.explore.descent import converged_front, is_smooth
+from deboom.explore.robust import Robust
+from deboom.explore.search import Search, nsga2
+from deboom.explore.space import stiffness_factor_space
+from deboom.files import design_limits
+from deboom.files.design_limits import LimitEntry, load_limits, mount_limits, read_level_limits
+from deboom.files.limits import read_component_limits
+from samples.known_truth import WithSlopes, quad2
 
 WHOLE = """
 format = 1
@@ -125,8 +134,96 @@ def test_limits_of_levels_name_the_file_where_a_vehicle_is_missing(tmp_path):
     assert read_level_limits(None, model) == ()
     assert read_level_limits(written(tmp_path, f"format = 1\n{SAG}"), model) == ()
     path = written(tmp_path, "format = 1\n[[level]]\nat_most_db = 1.0\nvehicle = 'van'\n")
-    with pytest.raises(InputError, match=r"limits\.toml: there is no vehicle 'van'"):
+    with pytest.raises(
+        InputError, match=r"limits\.toml: \[\[level\]\] 1: there is no vehicle 'van'"
+    ):
         read_level_limits(path, model)
     path = written(tmp_path, "format = 1\n[[level]]\nat_most_db = 'now'\n")
     with pytest.raises(InputError, match=r"'at_most_db' in \[\[level\]\] 1 is \"now\""):
         read_level_limits(path, model)
+
+
+MODEL = WithSlopes(quad2(4, seed=1))
+ROBUST = Robust(MODEL, stiffness_factor_space(MODEL.variable_names), draws=16)
+PLATFORM = SimpleNamespace(library_file=Path("library.sqlite"))
+RUNS = SimpleNamespace(variables=MODEL.variable_names, platform=PLATFORM)
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """How stiff one variable is over another one."""
+
+    of: str
+    over: str
+    unit: str = "%"
+
+    @property
+    def names(self):
+        """Return the one name."""
+        return (f"{self.of} over {self.over}",)
+
+    def __call__(self, factors):
+        """Return the ratio, shape (n, 1)."""
+        return 100 * (factors[self.of] / factors[self.over])[:, np.newaxis]
+
+    def slopes(self, factors):
+        """Return the derivatives by variable."""
+        ratio = self(factors)
+        return {
+            self.of: ratio / factors[self.of][:, np.newaxis],
+            self.over: -ratio / factors[self.over][:, np.newaxis],
+        }
+
+
+@pytest.fixture
+def ratio_kind(monkeypatch):
+    """Add a kind of limit as a module would: one class, and nothing else."""
+    monkeypatch.setattr(design_limits, "LIMIT_KINDS", dict(design_limits.LIMIT_KINDS))
+
+    @design_limits.limit_kind("ratio")
+    class RatioEntry(LimitEntry):
+        variable: str
+        over: str
+        at_least_percent: float | None = None
+        at_most_percent: float | None = None
+
+        def quantity(self, mounts):
+            """Return the ratio, or refuse a variable that there is not."""
+            for name in (self.variable, self.over):
+                if name not in mounts.runs.variables:
+                    raise InputError(f"there is no variable '{name}'")
+            return Ratio(self.variable, self.over)
+
+
+@pytest.mark.usefixtures("ratio_kind")
+def test_a_new_kind_of_limit_is_one_class(tmp_path):
+    first, second = MODEL.variable_names[:2]
+    stated = f"format = 1\n[[ratio]]\nvariable = '{first}'\nover = '{second}'\n"
+    path = written(tmp_path, f"{stated}at_least_percent = 105\nat_most_percent = 120\n")
+    with pytest.raises(InputError, match=r"\[\[ratio\]\] 1: there is no variable 'z'"):
+        mount_limits(written(tmp_path, path.read_text().replace(first, "z")), RUNS, ROBUST)
+    with pytest.raises(InputError, match=r"\[\[ratio\]\] 1: give a bound"):
+        load_limits(written(tmp_path, stated))
+    with pytest.raises(InputError, match=r"add \[\[sag\]\], .*\[\[ratio\]\] or \[\[level\]\]"):
+        load_limits(written(tmp_path, "format = 1\n"))
+    path = written(tmp_path, f"{stated}at_least_percent = 105\nat_most_percent = 120\n")
+    limits = mount_limits(path, RUNS, ROBUST)
+    assert limits.inputs == (path,)
+    assert limits.limits.names == (
+        f"{first} over {second} at least 105 %",
+        f"{first} over {second} at most 120 %",
+    )
+    searched = nsga2(limits.around(ROBUST), Search(20, 6, seed=1))
+    assert searched.infeasible.any()
+    assert is_smooth(ROBUST, limits)
+    descended = converged_front(ROBUST, seed=1, limits=limits, begin=searched.front.designs)
+    for designs in (searched.front.designs, descended.designs):
+        ratio = designs[:, 0] / designs[:, 1]
+        assert ratio.min() > 1.05 - 1e-9
+        assert ratio.max() < 1.2 + 1e-9
+    assert descended.objectives[:, 0].min() <= searched.front.objectives[:, 0].min()
+    design, step = np.array([[1.1, 0.9, 1.0, 1.05]]), 1e-6
+    rows = design + step * np.vstack([np.eye(4), -np.eye(4)])
+    ahead, behind = np.split(limits.requirements(rows)[:, 0], 2)
+    gradient = limits.requirements.gradient(design)[0, 0]
+    np.testing.assert_allclose(gradient, (ahead - behind) / (2 * step), rtol=1e-7, atol=1e-7)

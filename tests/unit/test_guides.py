@@ -19,7 +19,7 @@ import deboom
 from command_line import call
 from deboom.bench.campaign import TRAINING_RUNS, CampaignPlan, TimeRunPlan
 from deboom.cli import StudyCommand, app
-from deboom.explore.search import nsga2
+from deboom.explore.search import Search, nsga2
 from deboom.files.acceptance import read_delivered_parts
 from deboom.files.rows import PlacedImpact
 from deboom.files.tables import read_table
@@ -111,7 +111,7 @@ def test_a_foreign_response_gets_a_front_of_its_own():
     assert values.mean[0] == pytest.approx([62.4, 64.1], abs=1e-2)
     # a linear response of independent factors, sigma a third of ±15 %, cut at 3 sigma
     assert values.sigma[0] == pytest.approx(0.05 * np.linalg.norm(slopes, axis=1), rel=0.05)
-    front = nsga2(module.robust, population=20, generations=30, seed=1).front
+    front = nsga2(module.robust, Search(population=20, generations=30, seed=1)).front
     # its best-mean lies in a corner: 0.8, 0.8 and 1.2
     assert front.mean_sum[0] == pytest.approx(126.5 - 0.2 * (10.5 + 7.0 + 1.5), abs=0.02)
     assert front.designs[0] == pytest.approx([0.8, 0.8, 1.2], abs=5e-3)

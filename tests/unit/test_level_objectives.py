@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 import deboom
-from deboom.choices import LevelStatistic
 from deboom.errors import InputError
+from deboom.explore.descent import is_smooth, objectives_and_gradients
+from deboom.explore.moments import STATISTICS, Statistic
 from deboom.explore.space import stiffness_factor_space
+from deboom.files.design_limits import read_level_limits
+from deboom.runs.options import AimOptions, aims
 from deboom.vehicles.level_objectives import LoudestLine, level_limits, level_objective
 
 
@@ -54,7 +57,7 @@ def test_the_loudest_line_is_that_of_all_load_cases():
 )
 def test_numbers_of_a_design_without_scatter(statistic, vehicle, name, number):
     exact = stiffness_factor_space(MODEL.variable_names, 0.2, 0.0)
-    objective = level_objective(MODEL, LevelStatistic(statistic), vehicle)
+    objective = level_objective(MODEL, statistic, vehicle)
     robust = deboom.Robust(MODEL, exact, draws=8, objectives=[objective, deboom.Objective("sigma")])
     assert robust([[1.0]]).objectives[0, 0] == pytest.approx(number, rel=1e-14)
     assert robust.objective_labels[0] == f"{name} [dB(A)]"
@@ -62,10 +65,10 @@ def test_numbers_of_a_design_without_scatter(statistic, vehicle, name, number):
 
 def test_bounds_are_of_the_mean_over_lines_and_todays_of_each_vehicle():
     limits = [
-        *level_limits(MODEL, LevelStatistic.mean, 2.5, "tourer"),
-        *level_limits(MODEL, LevelStatistic.mean, "today"),
-        *level_limits(MODEL, LevelStatistic.peak, 7.0),
-        *level_limits(MODEL, LevelStatistic.sigma, 0.1, "sedan"),
+        *level_limits(MODEL, "mean", 2.5, "tourer"),
+        *level_limits(MODEL, "mean", "today"),
+        *level_limits(MODEL, "peak", 7.0),
+        *level_limits(MODEL, "sigma", 0.1, "sedan"),
     ]
     robust = deboom.Robust(MODEL, SPACE, draws=64, limits=limits)
     values = robust([[1.0], [1.01], [1.25]])
@@ -81,4 +84,78 @@ def test_bounds_are_of_the_mean_over_lines_and_todays_of_each_vehicle():
 
 def test_a_vehicle_that_there_is_not_is_refused():
     with pytest.raises(InputError, match=r"no vehicle 'van': use one of sedan, tourer"):
-        level_objective(MODEL, LevelStatistic.mean, "van")
+        level_objective(MODEL, "mean", "van")
+
+
+def test_a_statistic_that_there_is_not_is_refused_wherever_one_is_written(tmp_path):
+    known = "mean, sigma, quantile, tail, peak"
+    with pytest.raises(InputError, match=f"'range' is no statistic: take one of {known}"):
+        level_objective(MODEL, "range")
+    with pytest.raises(InputError, match=f"--also range: .* one of {known}"):
+        AimOptions(also=["range"]).objectives(MODEL)
+    with pytest.raises(InputError, match=r"--objective sigma: .*mean, quantile, tail, worst$"):
+        AimOptions(objective="sigma")
+    with pytest.raises(InputError, match="no statistic 'range': take mean, sigma, quantile, tail "):
+        deboom.Objective("range")
+    path = tmp_path / "limits.toml"
+    path.write_text("format = 1\n[[level]]\nstatistic = 'range'\nat_most_db = 2.0\n")
+    with pytest.raises(InputError, match=rf"limits.toml.*'range' is no statistic.*{known}"):
+        read_level_limits(path, MODEL)
+
+
+class SlopedLines(TwoLines):
+    """The same with exact derivatives, and the square of the factor beside it."""
+
+    is_smooth = True
+
+    def __call__(self, designs):
+        """Return the responses, shape (n, 2)."""
+        designs = np.asarray(designs)
+        return np.hstack([designs, 3.0 * designs**2])
+
+    def linearised(self, designs):
+        """Return the responses and the pull-back of weights."""
+
+        def pull_back(weights):
+            slopes = np.hstack([np.ones_like(designs), 6.0 * designs])
+            return (weights * slopes).sum(axis=2, keepdims=True)
+
+        return self(designs), pull_back
+
+
+def test_a_new_statistic_is_one_entry(monkeypatch, tmp_path):
+    """With it, objectives, files of limits, options and descents along gradients have it."""
+    two_sigma = Statistic(
+        "mean and two sigma",
+        lambda draws, _: draws.mean + 2.0 * draws.sigma,
+        by_draw=lambda slopes: slopes.by_mean[:, np.newaxis] + 2.0 * slopes.by_sigma,
+        short="two-sigma",
+    )
+    monkeypatch.setitem(STATISTICS, "mean and two sigma", two_sigma)
+    path = tmp_path / "limits.toml"
+    path.write_text(
+        "format = 1\n[[level]]\nstatistic = 'two-sigma'\nat_most_db = 'today'\nvehicle = 'sedan'\n"
+    )
+    model = SlopedLines()
+    options = AimOptions(objective="two-sigma", also=["two-sigma=tourer"])
+    robust = deboom.Robust(
+        model,
+        SPACE,
+        draws=64,
+        objectives=options.objectives(model),
+        limits=read_level_limits(path, model),
+    )
+    design = np.array([1.02])
+    values, today = robust(design[np.newaxis]), robust(SPACE.nominal[np.newaxis])
+    upper = values.mean + 2.0 * values.sigma
+    np.testing.assert_allclose(values.objectives[0, [0, 2]], [upper.sum(), upper[0, 1]], rtol=1e-14)
+    assert robust.objective_labels[2] == "mean and two sigma of SPLV, tourer [dB(A)]"
+    allowed = today.mean[0, 0] + 2.0 * today.sigma[0, 0]
+    np.testing.assert_allclose(values.excess[0], upper[0, 0] - allowed, rtol=1e-12)
+    smooth = deboom.Robust(model, SPACE, draws=64, objectives=aims()["two-sigma"])
+    assert is_smooth(smooth)
+    assert smooth.begins_with_level_and_sigma
+    step = 1e-5
+    around = smooth(design + np.array([[-step], [step]])).objectives
+    _, gradients = objectives_and_gradients(smooth, design)
+    np.testing.assert_allclose(gradients[:, 0], np.diff(around, axis=0)[0] / (2 * step), rtol=1e-7)

@@ -11,10 +11,10 @@ from deboom.explore.front import pareto_front, replicates, verified
 from deboom.explore.result import Front
 from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.search import nsga2, searched
+from deboom.explore.search import Search, Until, nsga2, searched
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.report import Report
-from deboom.runs.options import Aim, AimOptions, robust_response
+from deboom.runs.options import AimOptions, robust_response
 from deboom.runs.search import (
     SearchOptions,
     ThoroughSearchOptions,
@@ -29,7 +29,17 @@ ROBUST = Robust(MODEL, SPACE, sobol_sample(5, 32, seed=1))
 
 
 def search_result(searches=1):
-    return searched(ROBUST, population=12, generations=5, searches=searches, seed=3)
+    return searched(ROBUST, Search(population=12, generations=5, searches=searches, seed=3))
+
+
+def test_keywords_of_a_search_replace_those_of_its_settings():
+    by_keywords = deboom.search(ROBUST, population=12, generations=3, seed=3, polish=False)
+    settings = Search(population=12, generations=50, seed=3, polish=False)
+    by_value = deboom.search(ROBUST, settings, generations=3)
+    np.testing.assert_array_equal(by_value.values.objectives, by_keywords.values.objectives)
+    assert by_value.search.n_evaluated == 36
+    # what a search has no value for is that of the settings
+    assert deboom.search(ROBUST, settings, until=Until(evaluations=24)).search.n_evaluated == 24
 
 
 def verified_front(robust, search, draws):
@@ -41,14 +51,14 @@ def verified_front(robust, search, draws):
 
 
 def test_one_search_is_that_of_nsga2():
-    whole, alone = search_result(), nsga2(ROBUST, 12, 5, seed=3)
+    whole, alone = search_result(), nsga2(ROBUST, Search(12, 5, seed=3))
     np.testing.assert_array_equal(whole.front.designs, alone.front.designs)
     np.testing.assert_array_equal(whole.hypervolume, alone.hypervolume)
 
 
 def test_several_searches_give_the_front_of_all():
     whole = search_result(searches=3)
-    each = [nsga2(ROBUST, 12, 5, seed=seed) for seed in (3, 4, 5)]
+    each = [nsga2(ROBUST, Search(12, 5, seed=seed)) for seed in (3, 4, 5)]
     expected = pareto_front(*(search.front for search in each))
     np.testing.assert_array_equal(whole.front.designs, expected.designs)
     np.testing.assert_array_equal(whole.hypervolume, each[0].hypervolume)
@@ -73,7 +83,7 @@ def test_a_verified_front_holds_its_picks_which_go_on_by_gradient():
 def test_levels_are_means_over_vehicles_and_lines():
     model = ResponseFunction(MODEL, MODEL.variable_names, MODEL.response_names, "dB(A)", 4)
     robust = replace(ROBUST, evaluate=model)
-    front = verified_front(robust, nsga2(robust, 12, 2, seed=3), 32)
+    front = verified_front(robust, nsga2(robust, Search(12, 2, seed=3)), 32)
     table = front.compared({"today": (front.baseline, 0), "first": (front.values, 0)})
     each = np.array([front.baseline.mean[0], front.values.mean[0]])
     assert each.shape[1] == len(MODEL.response_names) > 1
@@ -82,7 +92,7 @@ def test_levels_are_means_over_vehicles_and_lines():
 
 
 def test_searches_begin_with_given_designs():
-    best = nsga2(ROBUST, 24, 20, seed=1).front.designs[:2]
+    best = nsga2(ROBUST, Search(24, 20, seed=1)).front.designs[:2]
     options = ThoroughSearchOptions(population=12, generations=1, polish=False, checks=64)
     front = options.verified(ROBUST, seed=3, run=None, inputs=(), begin=best)
     np.testing.assert_array_equal(front.search.evaluated.designs[:2], best)
@@ -125,18 +135,18 @@ def values(aim, **changes):
 
 
 def test_each_aim_minimises_what_it_says():
-    mean = values(Aim.mean)
+    mean = values("mean")
     np.testing.assert_array_equal(mean.objectives, [[mean.mean_sum[0], mean.sigma_sum[0]]])
-    worst = values(Aim.worst)
+    worst = values("worst")
     np.testing.assert_array_equal(worst.objectives[0], [mean.mean.max(), mean.sigma.max()])
-    quantile, tail = values(Aim.quantile).objectives[0], values(Aim.tail).objectives[0]
+    quantile, tail = values("quantile").objectives[0], values("tail").objectives[0]
     assert mean.mean_sum[0] < quantile[0] < tail[0]
     assert quantile[1] == tail[1] == mean.sigma_sum[0]
 
 
 def test_weights_and_further_objectives_are_read_from_their_texts():
     aims = AimOptions(weight=["two=3"], also=["sigma=one", "quantile"])
-    weighted, plain = values(Aim.mean, weight=aims.weight, also=aims.also), values(Aim.mean)
+    weighted, plain = values("mean", weight=aims.weight, also=aims.also), values("mean")
     mean, sigma = plain.mean[0], plain.sigma[0]
     assert weighted.mean_sum[0] == pytest.approx((mean[0] + 3 * mean[1]) / 2, rel=1e-14)
     assert weighted.objectives[0, 2] == sigma[0]
@@ -168,13 +178,13 @@ def test_weights_and_further_objectives_are_read_from_their_texts():
 )
 def test_a_weight_or_an_objective_that_cannot_be_is_refused(wrong, sentence):
     with pytest.raises(InputError, match=sentence):
-        values(Aim.mean, **wrong)
+        values("mean", **wrong)
 
 
 def test_control_variate_knows_a_parabola_exactly():
     exact = 1 + 3 * (1 + 0.05**2 * 0.9733369246625415)  # variance of a normal cut at 3 sigma
-    off = abs(values(Aim.mean).mean_sum[0] - exact)
-    assert values(Aim.mean, control_variate=True).mean_sum[0] == pytest.approx(exact, abs=1e-12)
+    off = abs(values("mean").mean_sum[0] - exact)
+    assert values("mean", control_variate=True).mean_sum[0] == pytest.approx(exact, abs=1e-12)
     assert off > 1e-7
 
 
@@ -187,7 +197,7 @@ def test_a_design_that_fails_in_few_draws_stays_in_the_table_and_is_no_pick():
 
     response = ResponseFunction(quieter_where_stiffer, MODEL_2.variable_names, ("A",), "dB")
     robust = Robust(response, SPACE_2, SAMPLE)
-    search = nsga2(robust, 12, 5, seed=3)
+    search = nsga2(robust, Search(12, 5, seed=3))
     judge = replicates(robust, 1024, seed=1)
     edge = np.sort(judge.sets[0].made(search.front.designs[0])[:, 0])[-6]
     front = verified_front(robust, search, 1024)
@@ -209,7 +219,7 @@ def test_a_design_that_fails_in_few_draws_stays_in_the_table_and_is_no_pick():
 
 
 def test_a_front_without_failing_draws_has_no_column_for_them():
-    search = nsga2(ROBUST, 12, 5, seed=3)
+    search = nsga2(ROBUST, Search(12, 5, seed=3))
     front = verified_front(ROBUST, search, 64)
     assert not any("draws" in column for column in front.table.columns)
     assert "could not be computed" not in front.text

@@ -18,7 +18,7 @@ from deboom.explore.front import verified as verified_values
 from deboom.explore.moments import Estimator
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import FreshGaussianSampler, gaussian_sample, sobol_sample
-from deboom.explore.search import nsga2
+from deboom.explore.search import Search, nsga2
 from deboom.explore.space import stiffness_factor_space
 from samples import known_truth
 from samples.known_truth import exact_front, exact_objectives, exp1, quad2
@@ -151,7 +151,7 @@ def test_verification_reports_the_true_bias(make):
     problem, space = instance(make, 6)
     for sampler in (sobol_sample(6, seed=1), FreshGaussianSampler(6, seed=1)):
         robust = Robust(problem, space, sampler)
-        front = nsga2(robust, 40, 25, seed=1).front
+        front = nsga2(robust, Search(40, 25, seed=1)).front
         verified = verified_values(front, replicates(robust, 1024, seed=1))
         mean_bias, sigma_bias = search_bias(front, verified)
         truth = exact_objectives(problem, space, front.designs)
@@ -168,7 +168,7 @@ def test_without_tolerance_the_search_is_a_plain_minimisation():
     problem, space = instance(quad2, 4)
     exact = replace(space, tolerance=np.zeros(4))
     robust = Robust(problem, exact, sobol_sample(4, 2, seed=1))
-    front = nsga2(robust, 40, 60, seed=1).front
+    front = nsga2(robust, Search(40, 60, seed=1)).front
     w, c = problem.weights, problem.targets
     best = np.clip((w * c).sum(axis=0) / w.sum(axis=0), space.lower, space.upper)
     assert len(front) == 1

@@ -24,7 +24,7 @@ from scipy.optimize import minimize
 from deboom.arrays import RealArray
 from deboom.common import Progress
 from deboom.explore.front import nondominated, pareto_front
-from deboom.explore.moments import Objective, Statistic
+from deboom.explore.moments import MEAN_SUM, Draws, Objective
 from deboom.explore.robust import DesignLimits, Robust, RobustValues
 from deboom.explore.scatter import ToleranceSample, ToleranceSampler
 from deboom.explore.space import DesignSpace, generator
@@ -91,36 +91,36 @@ class Linearisable(Protocol):
 
 
 class SmoothNumber(NamedTuple):
-    """A weighted sum over the responses of their means, or of their standard deviations.
+    """A weighted sum over the responses of a statistic that has derivatives.
 
-    - `statistic`: `Statistic.MEAN` or `Statistic.SIGMA`.
+    - `objective`: of the statistic.
     - `shares` (r,): weight of each response [1].
     """
 
-    statistic: Statistic
+    objective: Objective
     shares: RealArray
 
 
 def smooth_number(robust: Robust, objective: Objective) -> SmoothNumber | None:
-    """Return a mean or sigma, of a response or the sum, that has a gradient; None of others."""
+    """Return a number of a response, or the sum of all, that has a gradient; None of others."""
     names = robust.evaluate.response_names
-    if objective.statistic not in (Statistic.MEAN, Statistic.SIGMA) or objective.worst:
+    if objective.rule.by_draw is None or objective.worst:
         return None
     if objective.response is None:
         shares = np.ones(len(names)) if robust.weights is None else robust.weights
-        return SmoothNumber(objective.statistic, shares)
+        return SmoothNumber(objective, shares)
     if not isinstance(objective.response, str):
         return None
-    return SmoothNumber(objective.statistic, np.eye(len(names))[names.index(objective.response)])
+    return SmoothNumber(objective, np.eye(len(names))[names.index(objective.response)])
 
 
 def is_smooth(robust: Robust, limits: DesignLimits | None = None) -> bool:
     """Say whether two objectives of a robust response, and all limits, have gradients.
 
-    They do for means and sigmas of a `Linearisable` model whose designs share their draws,
-    without whole-number variables. Limits may be bounds of means and sigmas, of the worst response
-    from above, and of numbers of the design itself that have a ``gradient``; the worst drawn part
-    and the rise of a booming peak, which comes and goes, have none.
+    They do for means, sigmas and other statistics with derivatives of a `Linearisable` model whose
+    designs share their draws, without whole-number variables. Limits may be bounds of these, of the
+    worst response from above, and of numbers of the design itself that have a ``gradient``; the
+    worst drawn part and the rise of a booming peak, which comes and goes, have none.
     """
     return (
         len(robust.objectives) == 2
@@ -202,7 +202,7 @@ def objectives_and_gradients(
     numbers = _minimised(robust)
     if each_mean:
         r = len(robust.evaluate.response_names)
-        numbers += [SmoothNumber(Statistic.MEAN, shares) for shares in np.eye(r)]
+        numbers += [SmoothNumber(MEAN_SUM, shares) for shares in np.eye(r)]
     objectives, gradients = _linearised(robust, design, numbers)
     return objectives, gradients()
 
@@ -218,15 +218,17 @@ def _linearised(
     model = cast(Linearisable, robust.evaluate)
     made_per_design, added = robust.made_terms(design)
     values, pull_back = model.linearised(design * made_per_design + added)
-    moments = robust.prepared(design).derivatives(values)
-    of_statistic = {
-        Statistic.MEAN: (moments.mean, moments.by_mean[:, np.newaxis]),
-        Statistic.SIGMA: (moments.sigma, moments.by_sigma),
-    }
-    sums = [np.einsum("r,r->", each.shares, of_statistic[each.statistic][0]) for each in numbers]
+    derivatives = robust.prepared(design).derivatives(values)
+    draws = Draws(values, derivatives.mean, derivatives.sigma)
+    sums = [
+        np.einsum("r,r->", shares, objective.rule.of(draws, objective))
+        for objective, shares in numbers
+    ]
 
     def gradients() -> RealArray:
-        weights = [each.shares * of_statistic[each.statistic][1] for each in numbers]
+        # a number without derivatives is no `SmoothNumber`
+        by_draw = [cast(Any, objective.rule.by_draw)(derivatives) for objective, _ in numbers]
+        weights = [number.shares * slope for number, slope in zip(numbers, by_draw, strict=True)]
         slopes = pull_back(np.array(weights))
         return np.asarray(np.einsum("otk,tk->ok", slopes, made_per_design))
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
@@ -186,17 +185,74 @@ def _standard_error(influence: RealArray) -> float:
     return float(np.sqrt(spread / (influence.size * (influence.size - 1))))
 
 
-class Statistic(Enum):
-    """One number of each response over its scatter."""
+class Draws(NamedTuple):
+    """Responses of one design, draw by draw, and their moments as the estimator gave them.
 
-    MEAN = "mean"
-    SIGMA = "sigma"
-    QUANTILE = "quantile"
-    """Level that a share of all parts stays below."""
-    TAIL_MEAN = "tail mean"
-    """Mean of the worst parts (conditional value at risk, CVaR)."""
-    SHARE_ABOVE = "share above"
-    """Share of all parts above a level."""
+    - `values` (n_samples, r), `mean`, `sigma` (r,) [response unit].
+    """
+
+    values: RealArray
+    mean: RealArray
+    sigma: RealArray
+
+
+@dataclass(frozen=True)
+class Statistic:
+    """How one number is computed of each response over its scatter, and how it is named.
+
+    - `words`: name in tables; ``{below:g}`` and ``{beyond:g}`` are the shares of all parts in front
+      of the number and beyond it [%], ``{above:g}`` is its level [response unit].
+    - `of`: function that returns the number of each response (r,) [`unit`] for an `Objective`.
+    - `by_draw`, optional: function that returns the derivatives of the numbers by the responses,
+      (n_samples, r) or (n_samples, 1) [1]; searches then descend along gradients.
+    - `short`: name in options and files of limits, where it is another one.
+    - `unit`: unit, where it is not that of the responses.
+    - `is_level`: whether it says how large a response is, not how far it scatters.
+    - `takes_level`: whether it counts parts above a level, `Objective.above`.
+    """
+
+    words: str
+    of: Callable[[Draws, Objective], RealArray]
+    by_draw: Callable[[Derivatives], RealArray] | None = None
+    short: str = ""
+    unit: str = ""
+    is_level: bool = True
+    takes_level: bool = False
+
+
+def _tail_mean(draws: Draws, number: Objective) -> RealArray:
+    """Return the mean of the worst parts (conditional value at risk, CVaR)."""
+    limit = np.quantile(draws.values, number.share, axis=0, method="inverted_cdf")
+    beyond = np.maximum(draws.values - limit, 0.0).sum(axis=0) / len(draws.values)
+    return np.asarray(limit + beyond / (1.0 - number.share))
+
+
+STATISTICS: dict[str, Statistic] = {
+    "mean": Statistic(
+        "mean",
+        lambda draws, _: draws.mean,
+        by_draw=lambda derivatives: derivatives.by_mean[:, np.newaxis],
+    ),
+    "sigma": Statistic(
+        "sigma",
+        lambda draws, _: draws.sigma,
+        by_draw=lambda derivatives: derivatives.by_sigma,
+        is_level=False,
+    ),
+    "quantile": Statistic(
+        "{below:g} % quantile",
+        lambda draws, number: np.asarray(np.quantile(draws.values, number.share, axis=0)),
+    ),
+    "tail mean": Statistic("mean of the worst {beyond:g} %", _tail_mean, short="tail"),
+    "share above": Statistic(
+        "share above {above:g}",
+        lambda draws, number: np.asarray(np.mean(draws.values > (number.above or 0.0), axis=0)),
+        unit="1",
+        is_level=False,
+        takes_level=True,
+    ),
+}
+"""Statistics by name: an entry serves objectives, limits, their files and options, and descents."""
 
 
 @checked(share=">0 <1")
@@ -205,8 +261,8 @@ class Objective:
 
     Parameters
     ----------
-    statistic : Statistic or str
-        ``mean``, ``sigma``, ``quantile``, ``tail mean`` or ``share above``.
+    statistic : str
+        One of `STATISTICS`: ``mean``, ``sigma``, ``quantile``, ``tail mean`` or ``share above``.
     worst : bool
         Take the largest over the responses, such as the loudest vehicle's, instead of the sum.
     share : float
@@ -238,7 +294,7 @@ class Objective:
     '90 % quantile, U06-5'
     """
 
-    statistic: Statistic
+    statistic: str
     worst: bool = False
     share: float = 0.95
     response: str | Callable[[RealArray], RealArray] | None = None
@@ -247,28 +303,29 @@ class Objective:
     label: str = ""
 
     def __post_init__(self) -> None:
-        try:
-            object.__setattr__(self, "statistic", Statistic(self.statistic))
-        except ValueError:
-            raise InputError(
-                f"there is no statistic '{self.statistic}': take "
-                f"{', '.join(statistic.value for statistic in Statistic)}"
-            ) from None
-        if (self.above is not None) != (self.statistic is Statistic.SHARE_ABOVE):
+        if (self.above is not None) != self.rule.takes_level:
             raise InputError(
                 "a level belongs to the share above it: Objective('share above', above=60.0)"
             )
+
+    @property
+    def rule(self) -> Statistic:
+        """How the statistic is computed and named; InputError if there is none of that name."""
+        try:
+            return STATISTICS[self.statistic]
+        except KeyError:
+            raise InputError(
+                f"there is no statistic '{self.statistic}': take {', '.join(STATISTICS)}"
+            ) from None
 
     @property
     def name(self) -> str:
         """Objective in words, such as ``95 % quantile, sum``."""
         if self.label:
             return self.label
-        statistic = {
-            Statistic.QUANTILE: f"{100 * self.share:g} % quantile",
-            Statistic.TAIL_MEAN: f"mean of the worst {100 * (1 - self.share):g} %",
-            Statistic.SHARE_ABOVE: f"share above {self.above:g}" if self.above is not None else "",
-        }.get(self.statistic, self.statistic.value)
+        statistic = self.rule.words.format(
+            below=100 * self.share, beyond=100 * (1 - self.share), above=self.above or 0.0
+        )
         if self.response is None:
             return f"{statistic}, {'worst response' if self.worst else 'sum'}"
         names = getattr(self.response, "response_names", None) or [
@@ -297,19 +354,7 @@ class Objective:
           [response unit].
         - `weights` (r,), optional: of the responses in a sum [1].
         """
-        match self.statistic:
-            case Statistic.MEAN:
-                numbers = mean
-            case Statistic.SIGMA:
-                numbers = sigma
-            case Statistic.QUANTILE:
-                numbers = np.quantile(values, self.share, axis=0)
-            case Statistic.TAIL_MEAN:
-                limit = np.quantile(values, self.share, axis=0, method="inverted_cdf")
-                beyond = np.maximum(values - limit, 0.0).sum(axis=0) / len(values)
-                numbers = limit + beyond / (1.0 - self.share)
-            case Statistic.SHARE_ABOVE:
-                numbers = np.mean(values > float(self.above or 0.0), axis=0)
+        numbers = self.rule.of(Draws(values, mean, sigma), self)
         if self.worst:
             return float(numbers.max())
         return float(numbers.sum() if weights is None else np.einsum("r,r->", weights, numbers))
@@ -329,5 +374,5 @@ class RobustLimit:
     at_least: float | str = -np.inf
 
 
-MEAN_SUM = Objective(Statistic.MEAN)
-SIGMA_SUM = Objective(Statistic.SIGMA)
+MEAN_SUM = Objective("mean")
+SIGMA_SUM = Objective("sigma")

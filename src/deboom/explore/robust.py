@@ -21,7 +21,6 @@ from deboom.explore.moments import (
     Objective,
     PreparedEstimator,
     RobustLimit,
-    Statistic,
 )
 from deboom.explore.scatter import (
     ToleranceSample,
@@ -379,9 +378,7 @@ class Robust:
 
     def unit_of(self, number: Objective) -> str:
         """Return the unit of an objective or of a limited number."""
-        if number.statistic is Statistic.SHARE_ABOVE:
-            return "1"
-        unit = number.unit or getattr(number.response, "response_unit", "")
+        unit = number.rule.unit or number.unit or getattr(number.response, "response_unit", "")
         return str(unit or self.evaluate.response_unit)
 
     @property
@@ -402,9 +399,8 @@ class Robust:
         pair = self.objectives[:2]
         if any(each.response is not None for each in pair):
             return False
-        level, sigma = (each.statistic for each in pair)
-        is_level = level not in (Statistic.SIGMA, Statistic.SHARE_ABOVE)
-        return is_level and sigma is Statistic.SIGMA
+        level, sigma = pair
+        return level.rule.is_level and sigma.statistic == "sigma"
 
     @property
     def weight_ratios(self) -> RealArray:

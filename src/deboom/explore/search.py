@@ -145,109 +145,6 @@ class RobustProblem(Problem):
         return np.hstack([np.where(failed, FAILED_OBJECTIVE, -1.0), missed])
 
 
-def nsga2(
-    robust: RobustEvaluation,
-    population: int = 100,
-    generations: int = 100,
-    *,
-    seed: int,
-    progress: Progress | None = None,
-    checkpoint: Store | None = None,
-    first_population: RealArray | None = None,
-    algorithm: str | Algorithm = "nsga2",
-    until: Until | None = None,
-) -> SearchResult:
-    """Search the Pareto front of all objectives with NSGA-II or another algorithm of pymoo.
-
-    Population for population the same as pymoo's
-    ``minimize(RobustProblem(robust), NSGA2(population), ("n_gen", generations), seed=seed)``;
-    beyond it, every non-dominated design that was seen is kept. Whole-number variables get
-    operators of their own: pymoo's treat options as if they had an order. A design beyond a limit
-    never beats one that keeps them all; of two such designs the smaller sum of excesses, each
-    relative to its bound, wins.
-
-    Parameters
-    ----------
-    robust : RobustEvaluation
-        Response such as `Robust` or `deboom.explore.robust.LimitedResponse`.
-    population, generations : int
-        Designs per generation, at least 4, and generations, at least 1; all of them are run.
-    seed : int
-        Seed from 1 upwards. The global random generators are neither read nor moved.
-    progress : callable, optional
-        Called after each generation.
-    checkpoint : Store, optional
-        Where evaluations are kept, and taken from when the search is started again.
-    first_population : array, shape (n, k), optional
-        Designs of the first generation, at least a population [units of the space]; drawn at random
-        if None.
-    algorithm : str or pymoo algorithm
-        One of `ALGORITHMS`, or an algorithm of pymoo for several objectives, which is copied; its
-        own population then counts.
-    until : Until, optional
-        What ends the search before its last generation.
-
-    Raises
-    ------
-    InputError
-        A budget, a seed or a first population that cannot be; a first generation that fails
-        altogether; limits that no design keeps; a checkpoint of another search.
-    """
-    checked_seed(seed)
-    if population < 4 or generations < 1:
-        raise InputError(
-            f"a search with a population of {population} over {generations} generations cannot "
-            "run: take at least 4 designs and 1 generation"
-        )
-    if first_population is not None:
-        first_population = checked_within(robust.space, first_population)
-        if len(first_population) < population:
-            raise InputError(
-                f"a first population of {len(first_population)} designs does not fit a search "
-                f"with a population of {population}: give at least as many"
-            )
-    runner, name = _algorithm(robust, population, first_population, algorithm)
-    facts: dict[str, Any] = {
-        "seed": seed,
-        "population": population,
-        "variables": list(robust.space.names),
-        "first_population_sha256": None,
-    }
-    if name != "nsga2":
-        facts["algorithm"] = name
-    if first_population is not None:
-        data = np.ascontiguousarray(first_population).tobytes()
-        facts["first_population_sha256"] = hashlib.sha256(data).hexdigest()
-    begun = time.perf_counter() - _seconds_before(checkpoint, facts)
-    archive = _Archive(robust, checkpoint)
-    problem = RobustProblem(archive, constraints=not isinstance(runner, MOEAD))
-    stopped = None
-    with _seeded_pymoo(seed):
-        runner.setup(problem, termination=MaximumGenerationTermination(generations), seed=seed)
-        while stopped is None and runner.has_next():
-            runner.next()
-            seconds = time.perf_counter() - begun
-            if checkpoint is not None:
-                checkpoint.save({**facts, "seconds": seconds})
-            if progress is not None:
-                progress(runner.n_gen - 1, generations, archive.summary(generations))
-            if until is not None:
-                n_evaluated = sum(len(values) for values in archive.generations)
-                stopped = until.reached(archive.hypervolume, seconds, n_evaluated)
-    n = len(archive.hypervolume)
-    done = f"{n} generation{'s' if n > 1 else ''}"
-    stopped = f"{done}, {stopped}" if stopped else done
-    seconds = time.perf_counter() - begun
-    if checkpoint is not None:
-        checkpoint.save({**facts, "seconds": seconds, "stopped": stopped})
-    return archive.result(
-        seed,
-        seconds,
-        stopped=stopped,
-        algorithm=SearchAlgorithm(name).label if name in ALGORITHMS else name,
-    )
-
-
 @dataclass(frozen=True)
 class Until:
     """What ends a search before its last generation.
@@ -302,6 +199,144 @@ class Until:
             if gain < self.gain:
                 return f"ended by a gain below {self.gain:g} over {self.over} generations"
         return None
+
+
+@dataclass(frozen=True)
+class Search:
+    """How a front is searched: algorithm, budget, seed, and what follows.
+
+    Parameters
+    ----------
+    population, generations : int
+        Designs per generation, at least 4, and most generations, at least 1.
+    seed : int
+        Seed from 1. The global random generators are neither read nor moved.
+    searches : int
+        Seeds from `seed` upwards, whose fronts are merged.
+    algorithm : str or pymoo algorithm
+        One of `ALGORITHMS`, or an algorithm of pymoo for several objectives, which is copied; its
+        own population then counts.
+    until : Until, optional
+        What ends the search before its last generation.
+    polish : bool
+        Whether gradients follow the algorithm.
+
+    Raises
+    ------
+    InputError
+        A budget or a seed that cannot be.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.Search(population=40, generations=30).seed
+    1
+    """
+
+    population: int = 100
+    generations: int = 100
+    seed: int = 1
+    searches: int = 1
+    algorithm: str | Algorithm = "nsga2"
+    until: Until | None = None
+    polish: bool = True
+
+    def __post_init__(self) -> None:
+        checked_seed(self.seed)
+        if self.population < 4 or self.generations < 1:
+            raise InputError(
+                f"a search with a population of {self.population} over {self.generations} "
+                "generations cannot run: take at least 4 designs and 1 generation"
+            )
+        if self.searches < 1:
+            raise InputError(f"{self.searches} searches find nothing: ask for at least one")
+
+
+def nsga2(
+    robust: RobustEvaluation,
+    settings: Search = Search(),
+    *,
+    progress: Progress | None = None,
+    checkpoint: Store | None = None,
+    first_population: RealArray | None = None,
+) -> SearchResult:
+    """Search the Pareto front of all objectives with NSGA-II or another algorithm of pymoo.
+
+    Population for population the same as pymoo's
+    ``minimize(RobustProblem(robust), NSGA2(population), ("n_gen", generations), seed=seed)``; all
+    generations are run, but for `Until`. Beyond it, every non-dominated design that was seen is
+    kept. Whole-number variables get operators of their own: pymoo's treat options as if they had an
+    order. A design beyond a limit never beats one that keeps them all; of two such designs the
+    smaller sum of excesses, each relative to its bound, wins.
+
+    Parameters
+    ----------
+    robust : RobustEvaluation
+        Response such as `Robust` or `deboom.explore.robust.LimitedResponse`.
+    settings : Search
+        Algorithm, budget and seed of one search.
+    progress : callable, optional
+        Called after each generation.
+    checkpoint : Store, optional
+        Where evaluations are kept, and taken from when the search is started again.
+    first_population : array, shape (n, k), optional
+        Designs of the first generation, at least a population [units of the space]; drawn at random
+        if None.
+
+    Raises
+    ------
+    InputError
+        A first population or an algorithm that cannot be; a first generation that fails
+        altogether; limits that no design keeps; a checkpoint of another search.
+    """
+    population, generations, seed = settings.population, settings.generations, settings.seed
+    if first_population is not None:
+        first_population = checked_within(robust.space, first_population)
+        if len(first_population) < population:
+            raise InputError(
+                f"a first population of {len(first_population)} designs does not fit a search "
+                f"with a population of {population}: give at least as many"
+            )
+    runner, name = _algorithm(robust, settings, first_population)
+    facts: dict[str, Any] = {
+        "seed": seed,
+        "population": population,
+        "variables": list(robust.space.names),
+        "first_population_sha256": None,
+    }
+    if name != "nsga2":
+        facts["algorithm"] = name
+    if first_population is not None:
+        data = np.ascontiguousarray(first_population).tobytes()
+        facts["first_population_sha256"] = hashlib.sha256(data).hexdigest()
+    begun = time.perf_counter() - _seconds_before(checkpoint, facts)
+    archive = _Archive(robust, checkpoint)
+    problem = RobustProblem(archive, constraints=not isinstance(runner, MOEAD))
+    stopped = None
+    with _seeded_pymoo(seed):
+        runner.setup(problem, termination=MaximumGenerationTermination(generations), seed=seed)
+        while stopped is None and runner.has_next():
+            runner.next()
+            seconds = time.perf_counter() - begun
+            if checkpoint is not None:
+                checkpoint.save({**facts, "seconds": seconds})
+            if progress is not None:
+                progress(runner.n_gen - 1, generations, archive.summary(generations))
+            if settings.until is not None:
+                n_evaluated = sum(len(values) for values in archive.generations)
+                stopped = settings.until.reached(archive.hypervolume, seconds, n_evaluated)
+    n = len(archive.hypervolume)
+    done = f"{n} generation{'s' if n > 1 else ''}"
+    stopped = f"{done}, {stopped}" if stopped else done
+    seconds = time.perf_counter() - begun
+    if checkpoint is not None:
+        checkpoint.save({**facts, "seconds": seconds, "stopped": stopped})
+    return archive.result(
+        seed,
+        seconds,
+        stopped=stopped,
+        algorithm=SearchAlgorithm(name).label if name in ALGORITHMS else name,
+    )
 
 
 @contextmanager
@@ -453,13 +488,11 @@ ALGORITHMS = tuple(SearchAlgorithm)
 
 
 def _algorithm(
-    robust: RobustEvaluation,
-    population: int,
-    first: RealArray | None,
-    algorithm: str | Algorithm,
+    robust: RobustEvaluation, settings: Search, first: RealArray | None
 ) -> tuple[Algorithm, str]:
     """Return an algorithm that has not begun, and its name."""
     space, m = robust.space, robust.n_objectives
+    algorithm, population = settings.algorithm, settings.population
     operators: dict[str, Any] = {"sampling": FloatRandomSampling() if first is None else first}
     if space.integer.any():
         operators = {
@@ -565,15 +598,10 @@ Checkpoint = Callable[[int], Store]
 
 def searched(
     robust: Robust,
+    settings: Search = Search(),
     *,
-    population: int = 100,
-    generations: int = 100,
-    seed: int = 1,
-    searches: int = 1,
     limits: DesignLimits | None = None,
     first_population: RealArray | None = None,
-    algorithm: str | Algorithm = "nsga2",
-    until: Until | None = None,
     workers: int = 1,
     scheduler: str | None = None,
     progress: Progress | None = None,
@@ -584,23 +612,18 @@ def searched(
     Of several searches the result has the merged front, and the convergence of the first one. A
     single search is `nsga2`'s, bit for bit.
     """
-    if searches < 1:
-        raise InputError(f"{searches} searches find nothing: ask for at least one")
+    seeds = range(settings.seed, settings.seed + settings.searches)
     with workers_for(robust, workers, scheduler) as spread:
         evaluated = spread if limits is None else limits.around(spread)
         results = [
             nsga2(
                 evaluated,
-                population,
-                generations,
-                seed=number,
+                replace(settings, seed=seed),
                 progress=progress,
-                checkpoint=checkpoint(number) if checkpoint else None,
+                checkpoint=checkpoint(seed) if checkpoint else None,
                 first_population=first_population,
-                algorithm=algorithm,
-                until=until,
             )
-            for number in range(seed, seed + searches)
+            for seed in seeds
         ]
     first = results[0]
     if len(results) == 1:
@@ -612,16 +635,17 @@ def searched(
 
 def search(
     robust: Robust,
+    settings: Search = Search(),
     *,
-    population: int = 100,
-    generations: int = 100,
-    seed: int = 1,
-    searches: int = 1,
+    population: int | None = None,
+    generations: int | None = None,
+    seed: int | None = None,
+    searches: int | None = None,
     limits: DesignLimits | None = None,
     first_population: RealArray | Front | None = None,
-    algorithm: str | Algorithm = "nsga2",
+    algorithm: str | Algorithm | None = None,
     until: Until | None = None,
-    polish: bool = True,
+    polish: bool | None = None,
     shown: int | None = SHOWN,
     verified_with: int = VERIFIED,
     workers: int = 1,
@@ -644,27 +668,32 @@ def search(
     ----------
     robust : Robust
         Mean and scatter of the responses.
-    population, generations : int
-        Designs per generation, at least 4, and most generations, at least 1. Where gradients bring
-        the whole front to convergence, without limits and `until`, the algorithm ends with the
-        generation that completes `BEFORE_DESCENTS` evaluations; ``polish=False`` runs them all.
-    seed : int
-        Seed from 1; the same seed gives the same front for any number of workers.
-    searches : int
-        Seeds from `seed` upwards, whose fronts are merged.
+    settings : Search
+        Algorithm, budget and seed; each of the keywords that are those of `deboom.Search` replaces
+        the one in it.
+    population, generations : int, optional
+        Designs per generation, at least 4, and most generations, at least 1; 100 by default. Where
+        gradients bring the whole front to convergence, without limits and `until`, the algorithm
+        ends with the generation that completes `BEFORE_DESCENTS` evaluations; ``polish=False`` runs
+        them all.
+    seed : int, optional
+        Seed from 1, by default 1; the same seed gives the same front for any number of workers.
+    searches : int, optional
+        Seeds from `seed` upwards, by default one, whose fronts are merged.
     limits : DesignLimits, optional
         What designs must keep.
     first_population : array, shape (n, k), Front or what `deboom.read_run` gives, optional
         Designs to begin with, any number [units of the space]; a Latin hypercube completes fewer
         than a population.
-    algorithm : str or pymoo algorithm
-        ``nsga2``, ``nsga3``, ``age-moea``, ``sms-emoa``, ``moead``, or an object of
+    algorithm : str or pymoo algorithm, optional
+        ``nsga2``, the default, ``nsga3``, ``age-moea``, ``sms-emoa``, ``moead``, or an object of
         ``pymoo.algorithms.moo``, whose own population then counts.
     until : Until, optional
         What ends the search before its last generation: seconds, evaluations, or a hypervolume
         that stands still.
-    polish : bool
-        Whether gradients follow NSGA-II; a model with ``smooth = False`` is left alone.
+    polish : bool, optional
+        Whether gradients follow NSGA-II, as by default; a model with ``smooth = False`` is left
+        alone.
     shown : int or None
         Designs of the front that are verified, those that add most to it, beside all picks; None:
         the whole front as it was searched, and no other design.
@@ -710,33 +739,39 @@ def search(
             f"{type(robust).__name__} cannot be verified: search a deboom.Robust, and give limits "
             "as limits="
         )
+    given: dict[str, Any] = {
+        "population": population,
+        "generations": generations,
+        "seed": seed,
+        "searches": searches,
+        "algorithm": algorithm,
+        "until": until,
+        "polish": polish,
+    }
+    given = {name: value for name, value in given.items() if value is not None}
+    settings = replace(settings, **given)
     begin = designs_of(first_population)
-    if begin is not None and len(begin) < population:
-        rest = latin_hypercube(robust.space, population, seed=seed)[len(begin) :]
+    if begin is not None and len(begin) < settings.population:
+        rest = latin_hypercube(robust.space, settings.population, seed=settings.seed)[len(begin) :]
         begin = np.vstack([begin, rest])
     free = limits is None and robust.limits is None
-    gradients = polish and free and _smooth(robust)
-    converges = polish and is_smooth(robust, limits)
-    if until is None and converges and free:
-        until = Until(evaluations=BEFORE_DESCENTS)
+    gradients = settings.polish and free and _smooth(robust)
+    converges = settings.polish and is_smooth(robust, limits)
+    if settings.until is None and converges and free:
+        settings = replace(settings, until=Until(evaluations=BEFORE_DESCENTS))
     with progress_shown(progress, "search") as told:
         result = searched(
             robust,
-            population=population,
-            generations=generations,
-            seed=seed,
-            searches=searches,
+            settings,
             limits=limits,
             first_population=begin,
-            algorithm=algorithm,
-            until=until,
             workers=workers,
             scheduler=scheduler,
             progress=told,
             checkpoint=checkpoint,
         )
         if converges:
-            result = _with_descents(robust, limits, result, seed=seed, progress=told)
+            result = _with_descents(robust, limits, result, seed=settings.seed, progress=told)
     rows = result.front
     if shown is not None:
         picked = _picked(robust, result.evaluated, polish=gradients)
@@ -744,15 +779,15 @@ def search(
         result = replace(result, front=front)
         rows = _distinct(joined([thinned(front, shown), picked]))
     notes = []
-    if searches > 1:
-        notes.append(f"The front is that of {searches} searches with different seeds.")
+    if settings.searches > 1:
+        notes.append(f"The front is that of {settings.searches} searches with different seeds.")
     if converges:
         notes.append("Descents along exact gradients then brought the whole front to convergence.")
     elif gradients and shown is not None:
         notes.append("Its picks then went on by gradient.")
-    elif polish and not gradients and is_smooth(replace(robust, limits=None)):
+    elif settings.polish and not gradients and is_smooth(replace(robust, limits=None)):
         notes.append("A limit has no gradient, so that the algorithm's designs are the front.")
-    judge = replicates(robust, verified_with, seed=seed)
+    judge = replicates(robust, verified_with, seed=settings.seed)
     try:
         values = verified(rows, judge)
     except InputError as error:

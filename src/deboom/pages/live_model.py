@@ -425,6 +425,8 @@ def _price(price: MountRequirements) -> tuple[dict[str, Any], dict[str, RealArra
             }
             for c, spring in enumerate(distinct):
                 numbers |= {f"curveAt{c}": spring.nodes, f"curveBy{c}": spring.cubics}
+        elif quantity is not modes:
+            raise TypeError(f"the interactive page cannot compute {', '.join(quantity.names)}")
     return words, numbers
 
 

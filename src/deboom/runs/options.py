@@ -15,16 +15,15 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 from typer import Argument, CallbackParam, Option
 from typer.models import ArgumentInfo, OptionInfo
 
-from deboom.choices import CalibrationLevel, LevelStatistic
+from deboom.choices import CalibrationLevel
 from deboom.common import option_name
 from deboom.errors import InputError, naming
 from deboom.explore.moments import (
-    MEAN_SUM,
     SIGMA_SUM,
+    STATISTICS,
     Estimator,
     Objective,
     RobustLimit,
-    Statistic,
 )
 from deboom.explore.robust import MOST_OBJECTIVES, Robust
 from deboom.explore.scatter import (
@@ -35,7 +34,7 @@ from deboom.explore.scatter import (
     sobol_sample,
 )
 from deboom.explore.space import DesignSpace, Evaluate
-from deboom.vehicles.level_objectives import TAIL, level_objective
+from deboom.vehicles.level_objectives import PEAK, TAIL, level_objective, level_statistics
 
 
 def at_least(least: int, *, power_of_two: bool = False) -> Callable[..., int]:
@@ -239,37 +238,34 @@ def band_of(text: str) -> tuple[float, float]:
     return low, high
 
 
-class Aim(Enum):
-    """First and second objective of a search."""
+def aims() -> dict[str, tuple[Objective, Objective]]:
+    """Return the first two objectives of a search by name.
 
-    mean = "mean"
-    """Sums over the vehicles of mean and sigma: the thesis."""
-    quantile = "quantile"
-    """Sum of the levels that 95 % of all parts stay below, and of sigma."""
-    tail = "tail"
-    """Sum of the means of the worst 5 % of all parts, and of sigma."""
-    worst = "worst"
-    """Mean of the loudest vehicle, and largest sigma of a vehicle."""
-
-
-_OBJECTIVES: dict[Aim, tuple[Objective, Objective]] = {
-    Aim.mean: (MEAN_SUM, SIGMA_SUM),
-    Aim.quantile: (Objective(Statistic.QUANTILE, share=TAIL), SIGMA_SUM),
-    Aim.tail: (Objective(Statistic.TAIL_MEAN, share=TAIL), SIGMA_SUM),
-    Aim.worst: (Objective(Statistic.MEAN, worst=True), Objective(Statistic.SIGMA, worst=True)),
-}
+    - returns: sums over the vehicles of a statistic of their levels and of sigma, mean and sigma
+      being those of the thesis; ``worst``: mean of the loudest vehicle, and largest sigma.
+    """
+    of_sums = {
+        name: (Objective(statistic, share=TAIL), SIGMA_SUM)
+        for name, statistic in level_statistics().items()
+        if name != PEAK and STATISTICS[statistic].is_level
+    }
+    return {**of_sums, "worst": (Objective("mean", worst=True), Objective("sigma", worst=True))}
 
 
 @dataclass(frozen=True)
 class AimOptions:
     """Options of a study: what its search minimises, and how mean and sigma are computed."""
 
-    objective: Annotated[Aim, Option(help="First two objectives of the search.")] = Aim.mean
+    objective: Annotated[
+        str,
+        Option(help="First two objectives of the search.", metavar="|".join(aims())),
+    ] = "mean"
     also: Annotated[
         list[str] | None,
         Option(
             help="Further objective, as STATISTIC=VEHICLE, or STATISTIC for the worst vehicle; "
-            f"STATISTIC is {', '.join(LevelStatistic)}; repeatable, at most {MOST_OBJECTIVES - 2}."
+            f"STATISTIC is {', '.join(level_statistics())}; repeatable, at most "
+            f"{MOST_OBJECTIVES - 2}."
         ),
     ] = None
     weight: Annotated[
@@ -286,20 +282,24 @@ class AimOptions:
         bool, Option(help="Compute mean and sigma with a control variate (regression).")
     ] = False
 
+    def __post_init__(self) -> None:
+        if self.objective not in aims():
+            raise InputError(f"--objective {self.objective}: take one of {', '.join(aims())}")
+
     def objectives(self, model: Evaluate) -> tuple[Objective, ...]:
         """Return the objectives; InputError for a statistic or a vehicle that there is not."""
         further = []
         for text in self.also or ():
             statistic, of_vehicle, vehicle = text.partition("=")
-            if statistic not in set(LevelStatistic):
+            if statistic not in level_statistics():
                 raise InputError(
                     f"--also {text}: write STATISTIC or STATISTIC=VEHICLE, with one of "
-                    f"{', '.join(LevelStatistic)}"
+                    f"{', '.join(level_statistics())}"
                 )
             with naming(f"--also {text}"):
                 whose = vehicle if of_vehicle else None
-                further.append(level_objective(model, LevelStatistic(statistic), whose))
-        return (*_OBJECTIVES[self.objective], *further)
+                further.append(level_objective(model, statistic, whose))
+        return (*aims()[self.objective], *further)
 
     def weights(self, vehicles: Sequence[str]) -> list[float] | None:
         """Return the weight of each vehicle, None if all are alike; InputError for a wrong text."""

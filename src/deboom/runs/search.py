@@ -16,7 +16,15 @@ from deboom.choices import SearchAlgorithm
 from deboom.errors import InputError
 from deboom.explore.result import Front, SearchResult
 from deboom.explore.robust import DesignLimits, Limit, Limits, Robust, chosen
-from deboom.explore.search import BEFORE_DESCENTS, VERIFIED, Checkpoint, Until, search, searched
+from deboom.explore.search import (
+    BEFORE_DESCENTS,
+    VERIFIED,
+    Checkpoint,
+    Search,
+    Until,
+    search,
+    searched,
+)
 from deboom.explore.space import Evaluate, Requirements
 from deboom.files.doe_table import read_plan
 from deboom.files.run_folder import CheckpointFolder
@@ -257,6 +265,17 @@ class SearchOptions:
             return None
         return Until(seconds=self.until_seconds, gain=self.until_gain)
 
+    def settings(self, seed: int) -> Search:
+        """Return the search of a seed with these options, without gradients after it."""
+        return Search(
+            population=self.population,
+            generations=self.generations,
+            seed=seed,
+            algorithm=self.algorithm,
+            until=self.until,
+            polish=False,
+        )
+
     def searched(
         self,
         robust: Robust,
@@ -274,11 +293,7 @@ class SearchOptions:
         with progress_bar(title) as bar:
             return searched(
                 robust,
-                population=self.population,
-                generations=self.generations,
-                seed=seed,
-                algorithm=self.algorithm,
-                until=self.until,
+                self.settings(seed),
                 workers=self.workers,
                 scheduler=self.scheduler,
                 progress=bar,
@@ -303,13 +318,8 @@ class SearchOptions:
         with progress_bar(title) as bar:
             front = search(
                 robust,
-                population=self.population,
-                generations=self.generations,
-                seed=seed,
+                self.settings(seed),
                 limits=limits,
-                algorithm=self.algorithm,
-                until=self.until,
-                polish=False,
                 shown=None,
                 verified_with=verified_with,
                 workers=self.workers,
@@ -365,6 +375,10 @@ class ThoroughSearchOptions(SearchOptions):
     ] = None
     checks: Checks = VERIFIED
 
+    def settings(self, seed: int) -> Search:
+        """Return the searches from a seed upwards with these options, and what follows them."""
+        return replace(super().settings(seed), searches=self.searches, polish=self.polish)
+
     def verified(
         self,
         robust: Robust,
@@ -391,15 +405,9 @@ class ThoroughSearchOptions(SearchOptions):
         with progress_bar(name) as bar:
             front = search(
                 robust,
-                population=self.population,
-                generations=self.generations,
-                seed=seed,
-                searches=self.searches,
+                self.settings(seed),
                 limits=limits,
                 first_population=begin,
-                algorithm=self.algorithm,
-                until=self.until,
-                polish=self.polish,
                 verified_with=self.checks,
                 workers=self.workers,
                 scheduler=self.scheduler,

@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import RealArray
-from deboom.choices import LevelStatistic
 from deboom.errors import InputError
-from deboom.explore.moments import Objective, RobustLimit, Statistic
+from deboom.explore.moments import STATISTICS, Objective, RobustLimit
 from deboom.vehicles.fleet_front import load_cases_of
 
 TAIL = 0.95
@@ -54,39 +53,62 @@ class LoudestLine:
         return np.asarray(np.max(cases, axis=0))
 
 
-_STATISTICS = {
-    LevelStatistic.mean: Statistic.MEAN,
-    LevelStatistic.sigma: Statistic.SIGMA,
-    LevelStatistic.quantile: Statistic.QUANTILE,
-    LevelStatistic.tail: Statistic.TAIL_MEAN,
-    LevelStatistic.peak: Statistic.MEAN,
-}
+PEAK = "peak"
+"""Name of the mean of the loudest line, in options and files of limits."""
 
 
-def level_objective(model: Any, statistic: LevelStatistic, vehicle: str | None = None) -> Objective:
+def level_statistics() -> dict[str, str]:
+    """Return the statistic of a vehicle's level behind each name in options and files of limits.
+
+    Those of `deboom.explore.moments.STATISTICS`, which all but `PEAK` are of SPLV.
+    """
+    names = {
+        statistic.short or name: name
+        for name, statistic in STATISTICS.items()
+        if not statistic.takes_level
+    }
+    return {**names, PEAK: "mean"}
+
+
+def known_statistic(name: str) -> str:
+    """Return the name of a level's statistic.
+
+    - raises ValueError: there is none of that name.
+    """
+    if name not in level_statistics():
+        raise ValueError(f"'{name}' is no statistic: take one of {', '.join(level_statistics())}")
+    return name
+
+
+def level_objective(model: Any, statistic: str, vehicle: str | None = None) -> Objective:
     """Return a number of a vehicle's level over its scatter, to be minimised or limited.
 
     The peak is the mean of the loudest line; all others are of SPLV, the sum over the lines
     [dB(A)].
 
     - `model`: of a fleet, with ``levels``.
+    - `statistic`: one of `level_statistics`.
     - `vehicle`: its name; None: the worst vehicle.
-    - raises InputError: no such vehicle.
+    - raises InputError: no such statistic or vehicle.
     """
     vehicles = tuple(model.response_names)
     if vehicle is not None and vehicle not in vehicles:
         raise InputError(f"there is no vehicle '{vehicle}': use one of {', '.join(vehicles)}")
-    plain = Objective(_STATISTICS[statistic], worst=vehicle is None, share=TAIL)
+    try:
+        of_levels = level_statistics()[known_statistic(statistic)]
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    plain = Objective(of_levels, worst=vehicle is None, share=TAIL)
     name, whose = plain.name.partition(",")[0], vehicle or "worst vehicle"
-    if statistic is LevelStatistic.peak:
+    if statistic == PEAK:
         line = LoudestLine(model, vehicles if vehicle is None else (vehicle,))
         return replace(plain, response=line, label=f"{name} of the loudest line, {whose}")
-    unit = "dB" if statistic is LevelStatistic.sigma else ""
+    unit = "" if plain.rule.is_level else "dB"
     return replace(plain, response=vehicle, unit=unit, label=f"{name} of SPLV, {whose}")
 
 
 def level_limits(
-    model: Any, statistic: LevelStatistic, at_most: float | str, vehicle: str | None = None
+    model: Any, statistic: str, at_most: float | str, vehicle: str | None = None
 ) -> tuple[RobustLimit, ...]:
     """Return the limits that a vehicle, or every vehicle, keeps a level.
 
@@ -100,7 +122,7 @@ def level_limits(
         of_each = tuple(model.response_names)
     numbers = [level_objective(model, statistic, name) for name in of_each]
     n_lines = 1
-    if statistic is not LevelStatistic.peak:
+    if statistic != PEAK:
         n_lines = model.n_lines
         words = f"SPLV over {n_lines} lines"  # so that the bound can be told from the stated one
         numbers = [replace(each, label=each.label.replace("SPLV", words)) for each in numbers]

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -510,9 +511,22 @@ class OperatingStiffness:
         }
 
 
-Quantity = WeightSag | TorqueTravel | NaturalFrequencies | OperatingStiffness
-"""Some numbers of a design: their names, their unit, a call with the factors by variable, and their
-derivatives."""
+class Quantity(Protocol):
+    """Some numbers of a design without scatter, from the stiffness factors by variable."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the numbers."""
+
+    @property
+    def unit(self) -> str:
+        """Unit of the numbers."""
+
+    def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
+        """Return the numbers, shape (n, c) [`unit`]; nan where they are not known."""
+
+    def slopes(self, factors: Mapping[str, RealArray]) -> dict[str, RealArray]:
+        """Return the derivatives (n, c) by variable [`unit` per unit factor]."""
 
 
 def _blocks(n_designs: int) -> Iterator[slice]:

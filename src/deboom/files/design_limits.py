@@ -1,0 +1,277 @@
+"""Files of limits of a design: what mounts must carry, and how loud vehicles may be.
+
+A kind of limit is one class: `limit_kind` makes it an array of tables of the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
+
+import numpy as np
+from pydantic import AfterValidator, Field, create_model, model_validator
+
+from deboom.common import AXES
+from deboom.errors import InputError, naming
+from deboom.explore.moments import RobustLimit
+from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
+from deboom.files.limits import bounds_of
+from deboom.files.schema import Positive, Several, StrictModel, load_toml
+from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.level_objectives import known_statistic, level_limits
+from deboom.vehicles.limits import (
+    MountRequirements,
+    NaturalFrequencies,
+    OperatingStiffness,
+    Quantity,
+    TorqueTravel,
+    WeightSag,
+    natural_frequencies,
+    stated_powertrain,
+    static_curves,
+)
+from deboom.vehicles.platform import Runs
+from deboom.vehicles.powertrain import KinematicModel
+
+
+@dataclass(frozen=True, eq=False)
+class LimitedMounts:
+    """The mounts whose quantities are limited; what several limits need is computed once.
+
+    - `runs`: platform, and the first run, whose operating stiffness counts.
+    - `factor`: what a stiffness factor means, for travels.
+    """
+
+    runs: Runs
+    factor: Factor
+
+    @cached_property
+    def curves(self) -> KinematicModel:
+        """Static curves of the mounts; InputError without any."""
+        return static_curves(self.runs)
+
+    @cached_property
+    def modes(self) -> NaturalFrequencies:
+        """All rigid-body modes of the powertrain; InputError without its mass."""
+        return natural_frequencies(self.runs)
+
+    @cached_property
+    def stiffness(self) -> Mapping[str, float]:
+        """Operating |K| of one piece by variable [N/m]."""
+        names = [name for mount in self.runs.platform.mounts for name in mount.variables]
+        values = self.runs.stiffness(self.runs.cases[0][0], self.runs.band)
+        return dict(zip(names, values.tolist(), strict=True))
+
+
+class LimitEntry(StrictModel):
+    """A table of the file: keys of its own, and ``at_least_UNIT`` or ``at_most_UNIT`` or both."""
+
+    needs_library: ClassVar[bool] = False
+    """Whether the quantity follows from the static curves of the mount library."""
+
+    @model_validator(mode="after")
+    def _some_bound(self) -> Self:
+        low, high = bounds_of(self)
+        if low is None and high is None:
+            raise ValueError("give a bound, at_least or at_most")
+        if low is not None and high is not None and low > high:
+            raise ValueError("at_least is above at_most")
+        return self
+
+    def quantity(self, mounts: LimitedMounts) -> Quantity:
+        """Return what is limited, in the unit of the bounds; InputError if there is no such."""
+        raise NotImplementedError
+
+    def limits(self, quantity: Quantity) -> Iterator[Limit]:
+        """Give one limit for each name of the quantity."""
+        low, high = bounds_of(self)
+        low, high = -np.inf if low is None else low, np.inf if high is None else high
+        return (Limit(name, quantity.unit, low, high) for name in quantity.names)
+
+
+LIMIT_KINDS: dict[str, type[LimitEntry]] = {}
+"""Kinds of limits of mounts, by the name of their array of tables."""
+_Entry = TypeVar("_Entry", bound=LimitEntry)
+
+
+def limit_kind(name: str) -> Callable[[type[_Entry]], type[_Entry]]:
+    """Return a decorator that makes an entry a kind of limit, ``[[name]]`` of the file."""
+
+    def registered(entry: type[_Entry]) -> type[_Entry]:
+        LIMIT_KINDS[name] = entry
+        return entry
+
+    return registered
+
+
+@limit_kind("sag")
+class SagEntry(LimitEntry):
+    """How far a mount sinks under the weight of the powertrain; downward is positive."""
+
+    needs_library: ClassVar[bool] = True
+    mount: str
+    at_most_mm: Positive
+
+    def quantity(self, mounts: LimitedMounts) -> Quantity:
+        """Return the sag; InputError without curves, mass or such a mount."""
+        return WeightSag(mounts.curves, stated_powertrain(mounts.runs), (self.mount,))
+
+
+@limit_kind("travel")
+class TravelEntry(LimitEntry):
+    """How far a direction deflects under a wheel torque, from the position under the weight."""
+
+    needs_library: ClassVar[bool] = True
+    direction: str
+    wheel_torque_nm: float
+    at_least_mm: float | None = None
+    at_most_mm: float | None = None
+
+    def quantity(self, mounts: LimitedMounts) -> Quantity:
+        """Return the travel; InputError without curves or such a direction."""
+        return TorqueTravel(mounts.curves, self.wheel_torque_nm, (self.direction,), mounts.factor)
+
+
+@limit_kind("natural_frequency")
+class NaturalFrequencyEntry(LimitEntry):
+    """Window of an undamped mode of the powertrain on its mounts, the lowest being number 1."""
+
+    mode: Annotated[int, Field(ge=1, le=6)]
+    at_least_hz: Positive | None = None
+    at_most_hz: Positive | None = None
+
+    def quantity(self, mounts: LimitedMounts) -> Quantity:
+        """Return the natural frequency; InputError without mass or a stiffness."""
+        return replace(mounts.modes, modes=(self.mode,))
+
+
+@limit_kind("stiffness")
+class MountStiffnessEntry(LimitEntry):
+    """Operating |K|, mean over the band: ``EnM z`` one piece, ``z`` the sum of all that carry."""
+
+    variable: str
+    at_least_n_per_mm: Positive | None = None
+    at_most_n_per_mm: Positive | None = None
+
+    def quantity(self, mounts: LimitedMounts) -> Quantity:
+        """Return the stiffness; InputError for a variable that was not measured."""
+        variables = [self.variable]
+        if self.variable in AXES:
+            variables = [
+                f"{mount.name} {self.variable}"
+                for mount in mounts.runs.platform.mounts
+                if mount.carries_powertrain
+                for _ in mount.pieces
+            ]
+        return OperatingStiffness(mounts.stiffness, {self.variable: variables})
+
+
+class LevelEntry(StrictModel):
+    """Largest level of a vehicle over the scatter of its parts; without a vehicle, of every one.
+
+    - `vehicle`: its name.
+    - `statistic`: see `deboom.vehicles.level_objectives.level_statistics`.
+    - `at_most_db`: mean over the lines, or the loudest line of ``peak``; ``today``: today's design.
+    """
+
+    vehicle: str | None = None
+    statistic: Annotated[str, AfterValidator(known_statistic)] = "mean"
+    at_most_db: float | Literal["today"]
+
+
+class LimitsFile(StrictModel):
+    """Content of a file of limits, beside an array of tables for each of `LIMIT_KINDS`.
+
+    - `format`: 1.
+    - `kept_by`: ``design``: the design itself keeps the limits; ``every part``: each of its
+      tolerance draws.
+    - `level`: limits of the vehicles' levels, which belong to the scatter and not to a part.
+
+    At least one limit in all.
+    """
+
+    format: Literal[1]
+    kept_by: Literal["design", "every part"] = "design"
+    level: Several[LevelEntry] = ()
+
+    def faults(self) -> Iterator[str]:
+        """Give a sentence for a file without a limit."""
+        if not (self.of_mounts or self.level):
+            kinds = ", ".join(f"[[{name}]]" for name in LIMIT_KINDS)
+            yield f"there is no limit in it: add {kinds} or [[level]]"
+
+    @property
+    def of_mounts(self) -> Sequence[tuple[str, LimitEntry]]:
+        """Limits of the mounts, with their place in the file, such as ``[[sag]] 1``."""
+        return [
+            (f"[[{name}]] {number}", entry)
+            for name in LIMIT_KINDS
+            for number, entry in enumerate(getattr(self, name), 1)
+        ]
+
+
+def load_limits(path: Path) -> LimitsFile:
+    """Read a file of limits.
+
+    - raises InputError: the file is missing or no TOML; a key is unknown, missing, mistyped or out
+      of range; there is no limit in it.
+    """
+    tables: dict[str, Any] = {name: (Several[entry], ()) for name, entry in LIMIT_KINDS.items()}  # type: ignore[valid-type]
+    return load_toml(path, create_model("LimitsFile", __base__=LimitsFile, **tables))
+
+
+def read_level_limits(path: Path | None, model: Any) -> tuple[RobustLimit, ...]:
+    """Read the limits of levels of a study.
+
+    - `path`: see `LimitsFile`; None is no limit.
+    - `model`: of a fleet, with ``levels``.
+    - raises InputError: a file that cannot be read; a vehicle that there is not.
+    """
+    if path is None:
+        return ()
+    limits: list[RobustLimit] = []
+    for number, entry in enumerate(load_limits(path).level, 1):
+        with naming(f"{path}: [[level]] {number}"):
+            limits += level_limits(model, entry.statistic, entry.at_most_db, entry.vehicle)
+    return tuple(limits)
+
+
+def mount_limits(
+    path: Path | None, runs: Runs, robust: Robust, factor: Factor = Factor.dynamic
+) -> DesignLimits | None:
+    """Read the limits of a study's mounts.
+
+    - `path`: see `LimitsFile`; None is no limit, nor is a file of levels alone.
+    - `runs`: platform, and the first run, whose operating stiffness counts.
+    - `robust`: its draws count where every part has to keep the limits.
+    - `factor`: what a stiffness factor means, for travels.
+    - raises InputError: a file that cannot be read; a mount, direction or variable that there is
+      not; a limit that today's design cannot be held to because a curve was not measured that far.
+    """
+    if path is None:
+        return None
+    content = load_limits(path)
+    if not content.of_mounts:
+        return None
+    mounts, names = LimitedMounts(runs, factor), robust.space.names
+    quantities: list[Quantity] = []
+    limits: list[Limit] = []
+    for item, entry in content.of_mounts:
+        with naming(f"{path}: {item}"):
+            quantity = entry.quantity(mounts)
+            today = MountRequirements(names, (quantity,))(robust.space.nominal[np.newaxis, :])[0]
+            for name, value in zip(quantity.names, today, strict=True):
+                if not np.isfinite(value):
+                    raise InputError(f"{name} of today's design lies beyond its measured curve")
+            quantities.append(quantity)
+            limits += entry.limits(quantity)
+    needs_library = any(entry.needs_library for _, entry in content.of_mounts)
+    return DesignLimits(
+        MountRequirements(names, tuple(quantities)),
+        Limits(tuple(limits)),
+        robust if content.kept_by == "every part" else None,
+        (path, runs.platform.library_file) if needs_library else (path,),
+    )

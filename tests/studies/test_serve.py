@@ -345,6 +345,7 @@ SCRIPTS = {
 }
 
 
+@pytest.mark.slow("opens a browser")
 @pytest.mark.parametrize("shipped", [False, True], ids=["own scripts", "scripts of deboom"])
 def test_no_page_of_a_run_tells_elsewhere_or_goes_there(
     address, files, results, elsewhere, shipped
@@ -370,6 +371,7 @@ def test_no_page_of_a_run_tells_elsewhere_or_goes_there(
         page.unlink()
 
 
+@pytest.mark.slow("opens a browser")
 def test_a_click_on_a_link_to_elsewhere_does_not_say_where_it_was(
     address, files, results, elsewhere
 ):
@@ -389,6 +391,7 @@ def test_a_click_on_a_link_to_elsewhere_does_not_say_where_it_was(
         page.unlink()
 
 
+@pytest.mark.slow("opens a browser")
 def test_the_model_of_a_served_page_answers_plays_and_saves(address, files, results):
     page = next(results.glob("*/*")) / "live.html"
     page.write_text(render_interactive(live_front()[0]), encoding="utf-8")
@@ -409,6 +412,7 @@ def test_the_model_of_a_served_page_answers_plays_and_saves(address, files, resu
         page.unlink()
 
 
+@pytest.mark.slow("opens a browser")
 def test_sounds_of_a_served_page_and_beside_it_play(address, files, results):
     stream = io.BytesIO()
     with wave.open(stream, "wb") as sound:
@@ -463,6 +467,7 @@ def test_a_page_of_another_encoding_is_none(address, files, results):
         page.unlink()
 
 
+@pytest.mark.slow("opens a browser")
 def test_links_and_pictures_of_a_served_overview_work(address, files, results):
     browser = Browser()
     figures = next(results.glob("*/*")) / "figures"

@@ -266,7 +266,10 @@ def new_database(postgres_server):
     return postgres_server.format(name).replace("+psycopg", "")
 
 
-@pytest.fixture(params=["sqlite", "postgresql"])
+SERVER = pytest.param("postgresql", marks=pytest.mark.slow("starts a PostgreSQL server"))
+
+
+@pytest.fixture(params=["sqlite", SERVER])
 def where(request, tmp_path):
     if request.param == "postgresql":
         return request.getfixturevalue("new_database")
@@ -358,6 +361,7 @@ def test_a_library_of_another_version_is_refused_by_name(where, database, versio
         database.add([campaign()], [mount()])
 
 
+@pytest.mark.slow("begins two processes")
 def test_two_programs_that_make_and_write_one_library_at_once_lose_nothing(where, tmp_path):
     children = {
         name: _start(samples.write_many, where, name, tmp_path) for name in ("left", "right")

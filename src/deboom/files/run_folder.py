@@ -670,10 +670,11 @@ def latest_run(folder: Path) -> Path:
     """
     if folder.name != LATEST or folder.exists():
         return folder
-    alone = len(folder.parts) == 1
-    # runs of a study lie in the folders of its former names as well
-    named = [folder.parent.with_name(name) for name in names_of(folder.parent.name)]
-    homes = Path("results").glob("*") if alone else (*named, *(Path("results") / n for n in named))
+    homes, alone = list(Path("results").glob("*")), len(folder.parts) == 1
+    if not alone:
+        # runs of a study lie in the folders of its former names as well
+        named = [folder.parent.with_name(name) for name in names_of(folder.parent.name)]
+        homes = [*named, *(Path("results") / name for name in named)]
     finished = [
         path_inside(home, record.parent.name)
         for home in homes

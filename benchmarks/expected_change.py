@@ -400,7 +400,7 @@ def spread(data: Records, state: Callable[[Records], Judged]) -> tuple[float, ..
 def in_force(state: Information, statistic: str, *, peak: bool) -> Callable[[Records], Judged]:
     """State intervals with the factors of `change_prior`."""
     if peak:
-        return by_draws(prior.PEAK_CENTRE, prior.PEAK_WIDTH)
+        return by_draws(prior.PEAK_CENTRE, prior.PEAK_WIDTH[state.name])
     widths = {
         "cars": prior.WIDTH,
         "mean of vehicles": prior.MEAN_WIDTH,

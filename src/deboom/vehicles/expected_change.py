@@ -175,7 +175,9 @@ def stated(draws: ChangeDraws, weights: RealArray | None = None) -> ExpectedChan
         cars=interval(draws.predicted, draws.drawn, prior.CENTRE[key], prior.WIDTH[key]),
         mean=interval(of_model[0], of_draws[0], prior.CENTRE[key], prior.MEAN_WIDTH[key]),
         worst=interval(of_model[1], of_draws[1], prior.CENTRE[key], prior.WORST_WIDTH[key]),
-        peaks=interval(draws.predicted_peak, draws.drawn_peak, prior.PEAK_CENTRE, prior.PEAK_WIDTH),
+        peaks=interval(
+            draws.predicted_peak, draws.drawn_peak, prior.PEAK_CENTRE, prior.PEAK_WIDTH[key]
+        ),
     )
 
 

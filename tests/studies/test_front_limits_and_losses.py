@@ -92,7 +92,9 @@ def test_a_powertrain_that_is_not_held_stably_costs_its_modes_only(tmp_path, mon
 
 def test_a_limit_out_of_reach_ends_in_a_sentence_that_names_it(tmp_path):
     path = limits_of(tmp_path, '[[sag]]\nmount = "EnM"\nat_most_mm = 3.0\n')
-    with pytest.raises(InputError, match="closest one misses 'EnM sag at most 3 mm' by 1"):
+    with pytest.raises(
+        InputError, match=r"'EnM sag at most 3 mm' \(limits.toml, \[\[sag\]\] 1\) by 1"
+    ):
         run(tmp_path / "results", limits=path)
 
 

@@ -82,6 +82,23 @@ def test_bounds_are_of_the_mean_over_lines_and_todays_of_each_vehicle():
     assert (robust.limits.limits[4].at_most, robust.limits.limits[4].unit) == (0.2, "dB")
 
 
+def test_a_limit_of_a_level_that_no_design_keeps_is_told_in_decibels_with_its_place(tmp_path):
+    """The two lines of the tourer are 2.5 dB(A) on average at factor 1, and 2 at the lowest."""
+    path = tmp_path / "limits.toml"
+    path.write_text(
+        "format = 1\n[[level]]\nat_most_db = 9.0\nstatistic = 'peak'\n"
+        "[[level]]\nat_most_db = 1.25\nvehicle = 'tourer'\n"
+    )
+    exact = stiffness_factor_space(MODEL.variable_names, 0.2, 0.0)
+    robust = deboom.Robust(MODEL, exact, draws=8, limits=read_level_limits(path, MODEL))
+    excess = robust([[0.8], [1.0]]).excess
+    np.testing.assert_allclose(excess[:, 1], [4.0 - 2.5, 5.0 - 2.5])  # of the sum, as ever
+    assert robust.limits.closest(excess) == (
+        "the closest one misses 'mean of SPLV over 2 lines, tourer, at most 1.25 dB(A) per line' "
+        "(limits.toml, [[level]] 2) by 0.75 dB(A) (it has 2 dB(A))"
+    )
+
+
 def test_a_vehicle_that_there_is_not_is_refused():
     with pytest.raises(InputError, match=r"no vehicle 'van': use one of sedan, tourer"):
         level_objective(MODEL, "mean", "van")

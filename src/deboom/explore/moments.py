@@ -367,11 +367,14 @@ class RobustLimit:
     - `objective`: the number.
     - `at_most`, `at_least`: bounds [its unit], or ``"today"`` for today's design under the same
       draws.
+    - `source`, `n_lines`: see `deboom.explore.robust.Limit`.
     """
 
     objective: Objective
     at_most: float | str = np.inf
     at_least: float | str = -np.inf
+    source: str = ""
+    n_lines: int = 1
 
 
 MEAN_SUM = Objective("mean")

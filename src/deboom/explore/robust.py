@@ -373,7 +373,8 @@ class Robust:
                     )
                 sides.append(float(value) if bound == "today" else float(bound))
             name, unit = limit.objective.name, self.unit_of(limit.objective)
-            bounds.append(Limit(name, unit, *sides))
+            low, high = sides
+            bounds.append(Limit(name, unit, low, high, limit.source, limit.n_lines))
         return RobustLimits(tuple(bounds), numbers)
 
     def unit_of(self, number: Objective) -> str:
@@ -634,6 +635,8 @@ class Limit:
     - `response`, `unit`: name of the response, and unit of response and bounds; ``"1"`` is a plain
       number.
     - `at_least`, `at_most`: bounds [unit].
+    - `source`: who stated the limit, such as a file and the place in it, or an option.
+    - `n_lines`: lines that the response is the sum of; sentences give the mean over them.
     - raises InputError: no bound at all, or bounds that leave no value between them.
     """
 
@@ -641,6 +644,8 @@ class Limit:
     unit: str
     at_least: float = -np.inf
     at_most: float = np.inf
+    source: str = ""
+    n_lines: int = 1
 
     def __post_init__(self) -> None:
         if not self.at_least <= self.at_most:
@@ -713,15 +718,27 @@ class Limits:
         column, sign, bound = self._bounds[binding]
         limit, missed = self.limits[column], float(designs_excess[row, binding])
         if np.isinf(missed):
-            text = f"'{self.names[binding]}' could not be computed for any"
+            text = f"{self._stated(binding)} could not be computed for any"
         else:
+            has = (bound + sign * missed) / limit.n_lines
             text = (
-                f"the closest one misses '{self.names[binding]}' by {missed:.3g} {limit.unit} "
-                f"(it has {bound + sign * missed:.4g} {limit.unit})"
+                f"the closest one misses {self._stated(binding)} by {missed / limit.n_lines:.3g} "
+                f"{limit.unit} (it has {has:.4g} {limit.unit})"
             )
         never = np.flatnonzero(np.all(designs_excess > 0.0, axis=0))
-        others = ", ".join(f"'{self.names[place]}'" for place in never if place != binding)
+        others = ", ".join(self._stated(int(side)) for side in never if side != binding)
         return f"{text}; none keeps {others} either" if others else text
+
+    def _stated(self, side: int) -> str:
+        """Return a bound in words, and who stated it."""
+        column, sign, bound = self._bounds[side]
+        limit, words = self.limits[column], self.names[side]
+        if limit.n_lines > 1:
+            words = (
+                f"{limit.response}, at {'most' if sign > 0 else 'least'} "
+                f"{bound / limit.n_lines:.6g} {limit.unit} per line"
+            )
+        return f"'{words}' ({limit.source})" if limit.source else f"'{words}'"
 
 
 @checked(limits="some")

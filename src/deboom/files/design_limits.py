@@ -85,11 +85,11 @@ class LimitEntry(StrictModel):
         """Return what is limited, in the unit of the bounds; InputError if there is no such."""
         raise NotImplementedError
 
-    def limits(self, quantity: Quantity) -> Iterator[Limit]:
-        """Give one limit for each name of the quantity."""
+    def limits(self, quantity: Quantity, source: str) -> Iterator[Limit]:
+        """Give one limit for each name of the quantity, stated by a source."""
         low, high = bounds_of(self)
         low, high = -np.inf if low is None else low, np.inf if high is None else high
-        return (Limit(name, quantity.unit, low, high) for name in quantity.names)
+        return (Limit(name, quantity.unit, low, high, source) for name in quantity.names)
 
 
 LIMIT_KINDS: dict[str, type[LimitEntry]] = {}
@@ -234,8 +234,15 @@ def read_level_limits(path: Path | None, model: Any) -> tuple[RobustLimit, ...]:
         return ()
     limits: list[RobustLimit] = []
     for number, entry in enumerate(load_limits(path).level, 1):
-        with naming(f"{path}: [[level]] {number}"):
-            limits += level_limits(model, entry.statistic, entry.at_most_db, entry.vehicle)
+        item = f"[[level]] {number}"
+        with naming(f"{path}: {item}"):
+            limits += level_limits(
+                model,
+                entry.statistic,
+                entry.at_most_db,
+                entry.vehicle,
+                source=f"{path.name}, {item}",
+            )
     return tuple(limits)
 
 
@@ -267,7 +274,7 @@ def mount_limits(
                 if not np.isfinite(value):
                     raise InputError(f"{name} of today's design lies beyond its measured curve")
             quantities.append(quantity)
-            limits += entry.limits(quantity)
+            limits += entry.limits(quantity, f"{path.name}, {item}")
     needs_library = any(entry.needs_library for _, entry in content.of_mounts)
     return DesignLimits(
         MountRequirements(names, tuple(quantities)),

@@ -322,7 +322,8 @@ def mount_space(
 def travel_limit(model: MountedFleet, space: DesignSpace, most: float) -> DesignLimits:
     """Limit the largest travel of a mount under 1 g to `most` times today's [1]."""
     allowed = most * float(model.statics(space.nominal[None])[0, 0])
-    limit = Limit(model.statics.response_names[0], "mm", at_most=allowed)
+    name, source = model.statics.response_names[0], f"--travel {most:g}"
+    limit = Limit(name, "mm", at_most=allowed, source=source)
     return DesignLimits(model.statics, Limits((limit,)))
 
 

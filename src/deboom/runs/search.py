@@ -96,9 +96,8 @@ def _misses_at_nominal(limits: DesignLimits, designs: Mapping[str, RealArray]) -
 
 def _scales(front: Front) -> RealArray:
     """Return the factor from each limited number to a level that is shown, (n_limit,) [1]."""
-    numbers = front.robust.limits.numbers if front.robust.limits else ()
-    of_line = [callable(number.objective.response) for number in numbers]
-    return np.where(of_line, 1.0, 1.0 / front.n_lines)
+    limits = front.robust.limits.limits if front.robust.limits else ()
+    return np.array([1.0 / limit.n_lines for limit in limits])
 
 
 def _missed_levels(front: Front) -> RealArray:
@@ -199,7 +198,7 @@ def keeping_peaks(
     - raises InputError: limits that every drawn part must keep.
     """
     rise = PeakRise(model, today)
-    limit = Limit(rise.response_names[0], "dB", at_most=most)
+    limit = Limit(rise.response_names[0], "dB", at_most=most, source=f"--peak-rise {most:g}")
     if limits is None:
         return DesignLimits(rise, Limits((limit,)))
     if limits.every_part is not None:

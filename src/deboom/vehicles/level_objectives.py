@@ -108,13 +108,19 @@ def level_objective(model: Any, statistic: str, vehicle: str | None = None) -> O
 
 
 def level_limits(
-    model: Any, statistic: str, at_most: float | str, vehicle: str | None = None
+    model: Any,
+    statistic: str,
+    at_most: float | str,
+    vehicle: str | None = None,
+    *,
+    source: str = "",
 ) -> tuple[RobustLimit, ...]:
     """Return the limits that a vehicle, or every vehicle, keeps a level.
 
     - `at_most`: mean over the lines, or the loudest line [dB(A); dB of sigma]; ``"today"``: each
       vehicle's own of today's design.
     - `vehicle`: its name; None: every vehicle.
+    - `source`: who states the limits, such as a file and the place in it.
     - raises InputError: as `level_objective`; a bound of another text.
     """
     of_each: Sequence[str | None] = [vehicle]
@@ -127,4 +133,6 @@ def level_limits(
         words = f"SPLV over {n_lines} lines"  # so that the bound can be told from the stated one
         numbers = [replace(each, label=each.label.replace("SPLV", words)) for each in numbers]
     bound = at_most if isinstance(at_most, str) else n_lines * at_most
-    return tuple(number.at_most(bound) for number in numbers)
+    return tuple(
+        RobustLimit(number, at_most=bound, source=source, n_lines=n_lines) for number in numbers
+    )

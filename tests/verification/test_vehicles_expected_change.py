@@ -117,7 +117,8 @@ def test_more_information_narrows_and_the_seed_decides(platform):
         )
         cars = shown.cars
         assert np.all((cars.low < cars.expected) & (cars.expected < cars.high))
-        assert np.all(cars.high - cars.low >= 2 * prior.FLOOR)
+        least = 2 * prior.WIDTH[information.name] * prior.FLOOR
+        assert np.all(cars.high - cars.low >= least * (1 - 1e-9))
         # a mean of cars is not as uncertain as each of them, and the worst gains least
         assert np.all(shown.mean.high - shown.mean.low < (cars.high - cars.low).max(axis=1))
         assert np.all(shown.worst.expected >= shown.mean.expected)

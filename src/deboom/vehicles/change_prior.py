@@ -44,7 +44,7 @@ mount [1]: hardly to strongly filled rubber, as of Payne, Journal of Applied Pol
 1962; judgement."""
 
 FLOOR = 0.03
-"""Least half width of an interval [dB]: a car without a change has one, too."""
+"""Least half width of an interval before its factor [dB]: a car without a change has one, too."""
 
 WIDTH = {"unknown": 0.97, "driving_points": 1.23, "receptances": 0.80}
 """Factor on both sides of the interval of one car, by what is known of its body [1]; 90 % bootstrap

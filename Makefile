@@ -22,9 +22,10 @@ test test-quick test-slow: export OPENBLAS_NUM_THREADS := 1
 test: $(READY)
 	$(BIN)/python -m pytest -n auto --dist loadfile
 
-# Files of tests that run commands, begin processes, draw, or characterise campaigns
-LONGER := bench_writers cli guides mounts_char mounts_cross operating plot public_api second_process \
-	sensor_classes wide_fleet workers
+# Files of tests that run commands, begin processes, draw, or characterise campaigns: not among the
+# quick ones
+LONGER := bench_writers cli foreign guides mounts_char mounts_cross mounts_lib operating plot public_api \
+	second_process sensor_classes wide_fleet workers
 test-quick: $(READY)
 	$(BIN)/python -m pytest -n auto --dist loadfile tests/unit $(LONGER:%=--ignore-glob='*test_*%*')
 

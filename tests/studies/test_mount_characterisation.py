@@ -69,6 +69,7 @@ def test_without_truth_the_same_numbers_and_no_comparison(blind, finished):
         assert with_truth[f"{name} [1]"].to_numpy() == pytest.approx(numbers[name].to_numpy())
 
 
+@pytest.mark.slow("draws every figure of a page")
 def test_every_figure_has_its_place_on_the_page(blind, monkeypatch):
     strut = {"TSM x": blind.result.directions["TSM x"]}
     bench = replace(blind, result=replace(blind.result, directions=strut))

@@ -52,6 +52,7 @@ def test_chunks_of_any_size_give_the_same_rows(n_workers, robust):
     same(_Chunks(robust, n_workers)(designs), robust(designs))
 
 
+@pytest.mark.slow("begins processes and kills one")
 def test_a_pool_finds_the_same_front_although_a_worker_is_killed():
     whole = nsga2(ROBUST, Search(20, 6, seed=1))
     with workers_for(ROBUST, workers=2) as pooled:

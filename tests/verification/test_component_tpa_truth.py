@@ -121,6 +121,7 @@ def test_contributions_add_up_and_are_those_of_the_true_forces(exact):
     assert loads["share of the energy [1]"].sum() == pytest.approx(1.0)
 
 
+@pytest.mark.slow("measures a noisy drive unit")
 def test_with_all_errors_of_a_laboratory(noisy):
     """Trusted lines; docs/validation.md has twenty benches."""
     folder, result = noisy

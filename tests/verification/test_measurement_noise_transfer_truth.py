@@ -260,6 +260,7 @@ def test_exact_sweeps_are_the_coupled_car(exact):
         np.testing.assert_allclose(summed, pressure, rtol=1e-6, atol=1e-9 * np.abs(pressure).max())
 
 
+@pytest.mark.slow("measures a noisy vehicle")
 def test_errors_are_as_large_as_stated(measured):
     folder, car = measured
     transfer = wrench_noise_transfer(car)

@@ -158,11 +158,14 @@ def _refuse_physics(platform: Platform) -> None:
     """Refuse what no car does, and a mount library that does not fit."""
     with telling() as tell:
         cases = [in_mount_axes(platform.mounts, case) for case in platform.load_cases]
+        active: list[InputError] = []
         for case in cases:
-            with noting(tell):
+            with noting(active.append):
                 refuse_active_mounts(case)
-        if tell:
-            tell += loss_faults(cases)[0]  # a delay that explains them
+        # a delay explains active mounts
+        late = loss_faults(cases)[0] if active else ()
+        for fault in (*map(InputError, late), *active):
+            tell(fault)
         with noting(tell):
             platform.refuse_contradictions()
     if platform.library_file.exists():

@@ -79,7 +79,8 @@ def _odd(points: Sequence[InterfacePoint], accelerance: Frf) -> Iterator[str]:
 def _copies(test: ComponentTest) -> Iterator[str]:
     for first, second in combinations(test.runs, 2):
         if np.array_equal(first.acceleration.values, second.acceleration.values):
-            yield f"runs {first.name} and {second.name} hold the same spectra: name the file of each"
+            names = f"{first.name} and {second.name}"
+            yield f"runs {names} hold the same spectra: name the file of each"
     if test.free is not None and _same(test.free, test.accelerance):
         yield (
             "the functions of the free source are those of the source on the body: export the ones "

@@ -362,9 +362,9 @@ def odd_channels(
     if not total > 0.0:
         return None
     residual = math.sqrt(float(np.sum(np.abs(values @ left_over.T) ** 2)) / total)
-    omega = 2.0 * np.pi * frequency
-    delays = np.linspace(-LONGEST_DELAY, LONGEST_DELAY, 1601)
-    turns = np.exp(1j * np.outer(delays, omega))
+    lines, of_line = np.unique(frequency, return_inverse=True)
+    delays = np.arange(-80, 81) * (LONGEST_DELAY / 80.0)
+    turns = np.exp(-2j * np.pi * np.outer(delays, lines))
     best: OddChannels | None = None
     for name, columns in groups.items():
         picked = np.zeros(len(forward))
@@ -374,17 +374,20 @@ def odd_channels(
         size = np.sum(np.abs(of_group) ** 2, axis=(1, 2))
         cross = np.sum(of_group.conj() * of_rest, axis=(1, 2))
         # of the factor that undoes the fault, exp(+jωτ)/g
-        shown = np.abs(turns.conj() @ -cross)
-        at = int(np.argmax(shown))
-        undo = complex(turns[at].conj() @ -cross) / max(float(size.sum()), 1e-300)
-        factor = undo * turns[at]
+        at_lines = np.bincount(of_line, -cross.real) + 1j * np.bincount(of_line, -cross.imag)
+        first = delays[int(np.argmax(np.abs(turns @ at_lines)))]
+        near = first + np.linspace(-1.0, 1.0, 41) * (delays[1] - delays[0])
+        shown = np.exp(-2j * np.pi * np.outer(near, lines)) @ at_lines
+        at = int(np.argmax(np.abs(shown)))
+        undo = complex(shown[at]) / max(float(size.sum()), 1e-300)
+        factor = undo * np.exp(2j * np.pi * near[at] * frequency)
         rest = of_rest + factor[:, np.newaxis, np.newaxis] * of_group
         corrected = values * (1.0 + picked * (factor[:, np.newaxis, np.newaxis] - 1.0))
         left = math.sqrt(
             float(np.sum(np.abs(rest) ** 2)) / max(float(np.sum(np.abs(corrected) ** 2)), 1e-300)
         )
         if abs(undo) > 1e-3 and (best is None or left < best.left):
-            best = OddChannels(name, 1.0 / undo, float(delays[at]), residual, left)
+            best = OddChannels(name, 1.0 / undo, float(near[at]), residual, left)
     if best is None or best.left > residual / CLEARLY_LESS:
         return None
     return best

@@ -77,8 +77,8 @@ def _torques(runs: Sequence[OperatingRun]) -> Iterator[str]:
             if abs(reached / run.torque_limit - 1.0) > TORQUE_GAP:
                 yield (
                     f"run {run.name} of {run.mount_set}: its engine torque reaches {reached:.0f} "
-                    f"N m, and torque_nm says {run.torque_limit:.0f} N m: is the channel in N m and "
-                    "not in lbf ft, and torque_nm that of this run?"
+                    f"N m, and torque_nm says {run.torque_limit:.0f} N m: is the channel in N m "
+                    "and not in lbf ft, and torque_nm that of this run?"
                 )
 
 
@@ -143,7 +143,7 @@ def _statics(runs: Sequence[OperatingRun], body: InstrumentedBody) -> Iterator[s
         force = np.stack([column[name] for name in names], axis=1)
         load = force @ forward
         of_torque = torque @ load / (torque @ torque)
-        if (odd := _odd_mount(force, forward, torque, body)) is not None:
+        if (odd := _odd_mount(force, forward, body)) is not None:
             yield (
                 f"run {run.name} of {run.mount_set}: the static forces do not balance; with those "
                 f"of mount {odd[0]} times {odd[1]:.3g} they do: check their unit and sign"
@@ -168,7 +168,7 @@ def _statics(runs: Sequence[OperatingRun], body: InstrumentedBody) -> Iterator[s
 
 
 def _odd_mount(
-    force: RealArray, forward: RealArray, torque: RealArray, body: InstrumentedBody
+    force: RealArray, forward: RealArray, body: InstrumentedBody
 ) -> tuple[str, float] | None:
     """Name the mount whose static forces, times a factor, let all sum up to a torque."""
     size = float(np.linalg.norm(force))

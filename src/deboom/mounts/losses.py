@@ -72,7 +72,7 @@ def losses(load_case: LoadCase) -> tuple[Loss, ...]:
     that it leaves.
     """
     omega = 2.0 * np.pi * load_case.force.frequency
-    grid = np.linspace(-LONGEST_DELAY, LONGEST_DELAY, 401)
+    grid = np.linspace(-LONGEST_DELAY, LONGEST_DELAY, 81)
     turns = np.exp(1j * np.outer(grid, omega))
     fine = np.linspace(-1.0, 1.0, 81) * (grid[1] - grid[0])
     moved = np.linalg.norm(load_case.displacement.values, axis=0)
@@ -154,8 +154,8 @@ def _unusual(which: str, rows: Sequence[Loss]) -> Iterator[str]:
     for row in unusual:
         yield (
             f"{which}: the loss factor of {row.channel} is {beyond} {100 * row.unusual:.0f} % of "
-            f"the lines (median {row.factor:.2g}, phase {row.phase:+.0f} degrees): check the signs, "
-            "axes and phases of its force and its displacement"
+            f"the lines (median {row.factor:.2g}, phase {row.phase:+.0f} degrees): check the "
+            "signs, axes and phases of its force and its displacement"
         )
 
 

@@ -51,9 +51,12 @@ SPEEDS = (300.0, 9000.0)
 """Speeds at which a combustion engine runs under load [1/min]."""
 FEWEST_VEHICLES = 4
 """Vehicles with which another one is compared at least."""
-LEVEL_GAP = (8.0, 3.0, 1.5)
-"""Level of a vehicle's functions beside those of the others from which on it is named [dB], the
-number of standard deviations that it needs [1], and the least of these [dB]."""
+LOUDER, QUIETER = 8.0, 11.0
+"""Level of a vehicle's functions above and below those of the others from which on it is named
+[dB]: a car with a battery lies 9 dB below."""
+DEVIATIONS, LEAST_DEVIATION = 3.0, 1.5
+"""Standard deviations of the others' levels that it needs as well [1], and the least of these
+[dB]."""
 PATH_GAP = 15.0
 """Level of one path beside the vehicle's others, against other vehicles, that is named [dB]."""
 IN_LINE = 0.98
@@ -368,8 +371,8 @@ def _vehicles(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
             others = np.delete(level, number)
             gap = level[number] - float(np.median(others))
             usual = 1.4826 * float(np.median(np.abs(others - np.median(others))))
-            least, times, smallest = LEVEL_GAP
-            if abs(gap) > max(least, times * max(usual, smallest)):
+            least = LOUDER if gap > 0.0 else QUIETER
+            if abs(gap) > max(least, DEVIATIONS * max(usual, LEAST_DEVIATION)):
                 yield Finding(
                     f"vehicle {vehicle.name}: its noise transfer functions lie {abs(gap):.0f} dB "
                     f"{'above' if gap > 0 else 'below'} those of the others: gain of an amplifier, "

@@ -91,6 +91,7 @@ def add_remark(folder: Path, file: str) -> Sequence[str]:
 
 RUNS = ("g5_wot120", "g5_wot220", "g6_wot220")
 CELLS = {"EnM": (31, 32), "GeM": (33, 34), "TSM": (35, 36)}
+TORQUE_NODE = 201
 PIECES = {"EnM": 101, "GeM": 102, "TSM": 103}
 
 
@@ -148,7 +149,7 @@ def _curve(folder, draw, change):
     path = folder / f"static_curves/M1/{name}.csv"
     rows = pd.read_csv(path)
     change(rows).to_csv(path, index=False)
-    return (name, f"curve of {name.replace('_', ' ')}")
+    return (name, f"curve {name.replace('_', ' ')}")
 
 
 @on_campaign("a static curve in mm under a header in m")
@@ -174,19 +175,19 @@ def _(folder, draw):
     return (mount,)
 
 
+def in_lbf_ft(f: UffFunction) -> UffFunction:
+    """Convert the engine torque."""
+    return times(1 / LBF_FT)(f) if f.response_node == TORQUE_NODE and f.ordinate != "rpm" else f
+
+
 @on_campaign("torque of one run in lbf ft labelled N m")
 def _(folder, draw):
-    return _in_run(
-        folder, draw, lambda f: times(1 / LBF_FT)(f) if f.ordinate not in QUANTITIES else f
-    )
-
-
-QUANTITIES = ("acceleration", "force", "rpm")
+    return _in_run(folder, draw, in_lbf_ft)
 
 
 @on_campaign("torque of all runs in lbf ft labelled N m")
 def _(folder, draw):
-    runs(folder, lambda f: times(1 / LBF_FT)(f) if f.ordinate not in QUANTITIES else f)
+    runs(folder, in_lbf_ft)
     return ("torque",)
 
 

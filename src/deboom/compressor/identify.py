@@ -241,8 +241,8 @@ def hammer_test_doubts(test: InertanceTest) -> tuple[str, ...]:
         raise InputError("\n".join([*error.sentences, *doubts])) from None
     if np.all(test.coherence > 1.0 - 1e-12):
         doubts.append(
-            "the coherence is 1 at all lines, as that of a single hit is: no noise is known; export "
-            "the coherence of all hits of an impact"
+            "the coherence is 1 at all lines, as that of a single hit is: no noise is known; "
+            "export the coherence of all hits of an impact"
         )
     if not culprits:
         doubts += _other_than_stated(test, parametrisation.model(start))
@@ -269,8 +269,8 @@ def _other_than_stated(test: InertanceTest, model: CompressorModel) -> Iterator[
     ratio = float(np.exp(np.mean(np.log(np.maximum(found, 1e-12) / drawn))))
     if not 1.0 / OTHER_INERTIA < ratio < OTHER_INERTIA:
         yield (
-            f"drawing: inertia_kg_m2 is {1.0 / ratio:.2g} times what the functions say: is it about "
-            "the centre of gravity, of this body, and in kg m²?"
+            f"drawing: inertia_kg_m2 is {1.0 / ratio:.2g} times what the functions say: is it "
+            "about the centre of gravity, of this body, and in kg m²?"
         )
     if drawing.mounts:
         stated = sum(float(np.sum(mount.stiffness)) for mount in drawing.mounts)

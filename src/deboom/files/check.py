@@ -20,8 +20,10 @@ from deboom.files.platform import PlatformFile, assembled, read_functions, read_
 from deboom.files.schema import load_toml, noting, telling
 from deboom.files.units import RANGES
 from deboom.measurement.channels import LoadCase
+from deboom.mounts.campaign_findings import campaign_findings
 from deboom.mounts.characterise import cross_stiffness_of_campaign
 from deboom.mounts.cross_stiffness import CrossStiffness, cross_stiffness_of_runs
+from deboom.mounts.losses import loss_faults
 from deboom.mounts.mount import in_mount_axes, not_identified, refuse_active_mounts
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import spl
@@ -89,7 +91,11 @@ def check_folder(folder: Path) -> tuple[tuple[str, ...], tuple[str, ...], str]:
         if kind is FolderKind.campaign:
             # sensors that do not allow a judgement are refused where mounts are characterised
             with suppress(InputError):
-                judged = cross_stiffness_of_campaign(read_campaign(folder))
+                campaign = read_campaign(folder)
+                doubts = campaign_findings(campaign)
+                lines += [("WARNING", sentence) for sentence in doubts]
+                # cross stiffness of channels that contradict each other says nothing
+                judged = () if doubts else cross_stiffness_of_campaign(campaign)
                 lines += [("ALARM", sentence) for sentence in _alarms(judged)]
         return (), (), _aligned(lines)
     except InputError as error:
@@ -151,9 +157,15 @@ def check_platform(folder: Path) -> PlatformCheck:
 def _refuse_physics(platform: Platform) -> None:
     """Refuse what no car does, and a mount library that does not fit."""
     with telling() as tell:
-        for case in platform.load_cases:
-            with noting(tell):
-                refuse_active_mounts(in_mount_axes(platform.mounts, case))
+        cases = [in_mount_axes(platform.mounts, case) for case in platform.load_cases]
+        active: list[InputError] = []
+        for case in cases:
+            with noting(active.append):
+                refuse_active_mounts(case)
+        # a delay explains active mounts
+        late = loss_faults(cases)[0] if active else ()
+        for fault in (*map(InputError, late), *active):
+            tell(fault)
         with noting(tell):
             platform.refuse_contradictions()
     if platform.library_file.exists():

@@ -338,7 +338,8 @@ class ReceiverPointSection(PointSection):
     # of that stiffness
     loss_factor: (
         Annotated[
-            NotNegative, within(0.0, 2.0, "a mount loses less than twice what it stores: in percent?")
+            NotNegative,
+            within(0.0, 2.0, "a mount loses less than twice what it stores: in percent?"),
         ]
         | None
     ) = None

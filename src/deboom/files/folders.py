@@ -14,7 +14,13 @@ from deboom.common import AXES
 from deboom.compressor.identify import hammer_test_doubts
 from deboom.errors import InputError, naming
 from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign
-from deboom.files.component_test import COMPONENT_FILE, ComponentTestFile, read_component_test
+from deboom.files.component_test import (
+    COMPONENT_FILE,
+    RECEIVER_FILE,
+    ComponentTestFile,
+    read_component_test,
+    read_receiver,
+)
 from deboom.files.disk import complete_or_not_at_all, replace_bytes, replace_text
 from deboom.files.electric_car import ELECTRIC_CAR_FILE, ElectricCarFile, read_electric_car
 from deboom.files.hammer_test import HAMMER_TEST_FILE, HammerTestFile, read_hammer_test
@@ -25,6 +31,7 @@ from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT
 from deboom.files.schema import StrictModel, doubled, refuse_all
 from deboom.files.tables import workbook_bytes, write_frame
 from deboom.files.vehicle import VEHICLE_FILE, VehicleFile, read_vehicle
+from deboom.measurement.component_findings import component_findings
 from deboom.measurement.compressor_test import OperatingTest
 from deboom.measurement.driving_points import fault_of_hammer_test
 from deboom.measurement.electric_car import refuse_contradictions_of_car
@@ -179,6 +186,8 @@ def _car(folder: Path) -> Iterator[tuple[str, str]]:
 
 def _component(folder: Path) -> Iterator[tuple[str, str]]:
     held = read_component_test(folder)
+    others = sorted(folder.glob(f"*/{RECEIVER_FILE}"))
+    receivers = [read_receiver(path.parent) for path in others]
     lines = held.accelerance.frequency
     yield "test", held.name
     points = (f"{point.name} ({len(point.motions)} degrees of freedom)" for point in held.points)
@@ -192,6 +201,10 @@ def _component(folder: Path) -> Iterator[tuple[str, str]]:
     yield "free source", "measured" if held.free is not None else "not measured"
     yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
     yield "runs", ", ".join(run.name for run in held.runs)
+    for receiver in receivers:
+        yield "receiver", receiver.name
+    doubts = [s for each in receivers or (None,) for s in component_findings(held, each)]
+    yield from _warned(dict.fromkeys(doubts))
     yield from _assumed(held.assumed)
 
 

@@ -59,6 +59,13 @@ FITTED = 4
 HALVED = 0.5
 """An exchange is named if, undone, less than this share of the disagreement (rms) is left."""
 
+CLEARLY_LESS = 3.0
+"""Factor by which an odd gain or delay, taken off, reduces what is not rigid, to be named [1]."""
+SHORTEST_DELAY = 0.3e-3
+"""Delay that is told from a gain [s]."""
+LONGEST_DELAY = 20e-3
+"""Delay that is looked for at most [s]."""
+
 _Rows = npt.NDArray[np.intp]
 
 
@@ -285,6 +292,105 @@ def find_culprit(
     who = suspect.channels[0] if len(suspect.channels) == 1 else item.name
     verdict = f"{who}: {suspect.fault.value}, {suspect.detail}"
     return Diagnosis(residual, without, suspect, True, verdict)
+
+
+@dataclass(frozen=True)
+class OddChannels:
+    """The channels whose factor over frequency, taken off, makes a body's motion rigid.
+
+    - `name`: of the sensor or channel.
+    - `gain`: common factor of what it shows [1]; `delay`: by which it is late [s].
+    - `residual`, `left`: rms of what no rigid motion explains, relative to the rms signal, as it is
+      and with the factor taken off [1].
+    """
+
+    name: str
+    gain: complex
+    delay: float
+    residual: float
+    left: float
+
+    @property
+    def words(self) -> str:
+        """A clause that says what the channels do."""
+        turned = abs(np.angle(self.gain, deg=True))
+        if abs(self.delay) > SHORTEST_DELAY:
+            fault = f"late by {1e3 * self.delay:.1f} ms"
+            if self.delay < 0.0:
+                fault = f"ahead by {-1e3 * self.delay:.1f} ms"
+        elif turned > 150.0:
+            fault = "reversed"
+        else:
+            fault = f"{abs(self.gain):.2g} times too large"
+        return (
+            f"with '{self.name}' taken for {fault}, {100 * self.left:.1f} % are left of "
+            f"{100 * self.residual:.0f} %"
+        )
+
+
+def odd_channels(
+    forward: RealArray,
+    frequency: RealArray,
+    values: ComplexArray,
+    groups: Mapping[str, Sequence[int]],
+) -> OddChannels | None:
+    """Find the channels that are late, or have another gain or sign than all others.
+
+    Parameters
+    ----------
+    forward : array, shape (n_channel, 6)
+        Motion of the body → channels.
+    frequency : array, shape (n_frequency,) [Hz]
+    values : array, shape (n_frequency, n_other, n_channel)
+        Motions of one rigid body.
+    groups : mapping
+        Name → columns of a sensor, or of a channel.
+
+    Returns
+    -------
+    OddChannels or None
+        The group that explains most; None where none leaves less than a third.
+
+    Notes
+    -----
+    With the projector ``R`` on what no rigid motion explains, the factor of group g that leaves
+    least at a line is ``−⟨R a_g, R a_rest⟩ / |R a_g|²``; its inverse over all lines is a gain and a
+    delay, ``g e^{−jωτ}``.
+    """
+    left_over = np.eye(len(forward)) - forward @ np.linalg.pinv(forward)
+    total = float(np.sum(np.abs(values) ** 2))
+    if not total > 0.0:
+        return None
+    residual = math.sqrt(float(np.sum(np.abs(values @ left_over.T) ** 2)) / total)
+    lines, of_line = np.unique(frequency, return_inverse=True)
+    delays = np.arange(-80, 81) * (LONGEST_DELAY / 80.0)
+    turns = np.exp(-2j * np.pi * np.outer(delays, lines))
+    best: OddChannels | None = None
+    for name, columns in groups.items():
+        picked = np.zeros(len(forward))
+        picked[list(columns)] = 1.0
+        of_group = (values * picked) @ left_over.T
+        of_rest = (values * (1.0 - picked)) @ left_over.T
+        size = np.sum(np.abs(of_group) ** 2, axis=(1, 2))
+        cross = np.sum(of_group.conj() * of_rest, axis=(1, 2))
+        # of the factor that undoes the fault, exp(+jωτ)/g
+        at_lines = np.bincount(of_line, -cross.real) + 1j * np.bincount(of_line, -cross.imag)
+        first = delays[int(np.argmax(np.abs(turns @ at_lines)))]
+        near = first + np.linspace(-1.0, 1.0, 41) * (delays[1] - delays[0])
+        shown = np.exp(-2j * np.pi * np.outer(near, lines)) @ at_lines
+        at = int(np.argmax(np.abs(shown)))
+        undo = complex(shown[at]) / max(float(size.sum()), 1e-300)
+        factor = undo * np.exp(2j * np.pi * near[at] * frequency)
+        rest = of_rest + factor[:, np.newaxis, np.newaxis] * of_group
+        corrected = values * (1.0 + picked * (factor[:, np.newaxis, np.newaxis] - 1.0))
+        left = math.sqrt(
+            float(np.sum(np.abs(rest) ** 2)) / max(float(np.sum(np.abs(corrected) ** 2)), 1e-300)
+        )
+        if abs(undo) > 1e-3 and (best is None or left < best.left):
+            best = OddChannels(name, 1.0 / undo, float(near[at]), residual, left)
+    if best is None or best.left > residual / CLEARLY_LESS:
+        return None
+    return best
 
 
 def tolerances_of_all(stated: PlacementTolerances) -> Tolerances:

@@ -8,7 +8,7 @@ worth a look. ``deboom check`` and the studies use the same list.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -16,7 +16,9 @@ import numpy as np
 from deboom.arrays import ComplexArray, RealArray
 from deboom.common import AXES
 from deboom.measurement.channels import LoadCase
-from deboom.mounts.mount import Mount
+from deboom.measurement.culprit import odd_channels
+from deboom.mounts.losses import loss_faults
+from deboom.mounts.mount import Mount, in_mount_axes
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import forward_matrices
 from deboom.vehicles.coupled_motion import (
@@ -39,6 +41,8 @@ BALANCED = 0.98
 BALANCE = (0.3, 1.5)
 """Force of the mounts over inertia force along a direction that nothing else excites [1]. The
 engine's own force at its order makes it differ from 1."""
+TORQUE_GAP = 0.2
+"""Difference of an engine's torque from its limit that is named [1]."""
 LONGEST_DROPOUT = 2
 """Lines in a row that may read exactly zero."""
 FEWEST_LINES = 40
@@ -47,8 +51,19 @@ SPEEDS = (300.0, 9000.0)
 """Speeds at which a combustion engine runs under load [1/min]."""
 FEWEST_VEHICLES = 4
 """Vehicles with which another one is compared at least."""
-LEVEL_GAP = 14.0
-"""Level of a vehicle's functions beside those of the others from which on it is named [dB]."""
+LOUDER, QUIETER = 8.0, 11.0
+"""Level of a vehicle's functions above and below those of the others from which on it is named
+[dB]: a car with a battery lies 9 dB below."""
+DEVIATIONS, LEAST_DEVIATION = 3.0, 1.5
+"""Standard deviations of the others' levels that it needs as well [1], and the least of these
+[dB]."""
+PATH_GAP = 15.0
+"""Level of one path beside the vehicle's others, against other vehicles, that is named [dB]."""
+IN_LINE = 0.98
+"""``|Σ h²| / Σ |h|²`` of a function from which on its phase never changes [1]."""
+JUMP, SMOOTH = 4.0, 2.0
+"""Factor from line to line at most paths that is named where the next lines change by less than the
+second one [1]."""
 ROUGH = 1.0
 """Change from line to line over the size of a function, from which on phases are noise [1]."""
 OPPOSITE = -0.3
@@ -84,9 +99,11 @@ def platform_findings(
     """
     if load_cases[0].force.frequency.size < FEWEST_LINES:
         return ()
+    carried = tuple(_carried(mounts, powertrain, load_cases))
     return (
         *_runs(load_cases, cylinders),
-        *_carried(mounts, powertrain, load_cases),
+        *carried,
+        *_out_of_time(mounts, load_cases),
         *_vehicles(fleet.vehicles),
     )
 
@@ -110,12 +127,24 @@ def _runs(load_cases: Sequence[LoadCase], cylinders: int | None) -> Iterator[Fin
             )
         if cylinders is not None:
             yield from _speeds(case)
+        if case.engine_torque is not None and case.torque_limit > 0.0:
+            reached = float(np.max(case.engine_torque))
+            if abs(reached / case.torque_limit - 1.0) > TORQUE_GAP:
+                yield Finding(
+                    f"load case {case.name}: its engine torque reaches {reached:.0f} N m, and "
+                    f"torque_limit_nm says {case.torque_limit:.0f} N m: are both in N m and not in "
+                    "lbf ft, and those of this run?"
+                )
     for first, second in combinations(load_cases, 2):
-        if np.array_equal(first.force.values, second.force.values) and np.array_equal(
-            first.displacement.values, second.displacement.values
-        ):
+        same = [
+            quantity
+            for quantity in ("displacement", "force")
+            if np.array_equal(getattr(first, quantity).values, getattr(second, quantity).values)
+        ]
+        if same:
+            what = "numbers" if len(same) == 2 else f"{same[0]}s"
             yield Finding(
-                f"load cases {first.name} and {second.name} hold the same numbers: name the file "
+                f"load cases {first.name} and {second.name} hold the same {what}: name the file "
                 "of each",
                 certain=True,
             )
@@ -175,11 +204,19 @@ def _carried(
     if not set(channels) <= set(load_cases[0].displacement.channels):
         return
     moved = [case.displacement.select(channels).values for case in load_cases]
-    displacement = np.vstack(moved)
-    residual = not_rigid(forward, displacement)
-    if residual > SMALL_RESIDUAL:
-        yield from _not_of_a_body(pieces, places, displacement, residual)
+    left = [not_rigid(forward, each) for each in moved]
+    wrong = [number for number, each in enumerate(left) if each > SMALL_RESIDUAL]
+    if wrong:
+        cases = [load_cases[number] for number in wrong]
+        which = "" if len(wrong) == len(left) else f"load case {cases[0].name}: "
+        displacement = np.vstack([moved[number] for number in wrong])
+        residual = not_rigid(forward, displacement)
+        frequency = np.concatenate([case.force.frequency for case in cases])
+        if residual > SMALL_RESIDUAL:
+            for finding in _not_of_a_body(pieces, places, frequency, displacement, residual):
+                yield replace(finding, sentence=which + finding.sentence)
         return
+    displacement = np.vstack(moved)
     if powertrain is not None:
         force = np.vstack([case.force.select(channels).values for case in load_cases])
         lines = np.concatenate([case.force.frequency for case in load_cases])
@@ -210,6 +247,7 @@ def _places(places: RealArray, powertrain: Powertrain | None) -> Iterator[Findin
 def _not_of_a_body(
     pieces: Sequence[tuple[Mount, int]],
     places: RealArray,
+    frequency: RealArray,
     displacement: ComplexArray,
     residual: float,
 ) -> Iterator[Finding]:
@@ -229,6 +267,12 @@ def _not_of_a_body(
             f"{pieces[n][0].name} {pieces[n][0].pieces[pieces[n][1]]}" for n in (first, second)
         ]
         trials[f"{names[0].strip()} and {names[1].strip()} exchanged"] = places[rows]
+    for number, (mount, piece) in enumerate(pieces):
+        for axis in range(3):
+            name = f"{mount.name} {mount.pieces[piece]}".strip()
+            signs = np.ones_like(places)
+            signs[number, axis] = -1.0
+            trials[f"{AXES[axis]} of {name} reversed"] = places * signs
     left = {
         words: not_rigid(forward_matrices(trial), displacement) for words, trial in trials.items()
     }
@@ -237,8 +281,19 @@ def _not_of_a_body(
     channels = [mount.channels(axis)[piece] for mount, piece in pieces for axis in AXES]
     rest = min(residual, left[best])  # a channel must explain more than any position
     words = reversed_channel(forward_matrices(places), displacement, channels, rest)
+    groups = {name: [column] for column, name in enumerate(channels)}
+    groups |= {
+        f"{mount.name} {mount.pieces[piece]}".strip(): list(range(3 * k, 3 * k + 3))
+        for k, (mount, piece) in enumerate(pieces)
+    }
+    odd = odd_channels(forward_matrices(places), frequency, displacement[:, np.newaxis], groups)
     if words and residual <= LARGEST_RESIDUAL:  # it moves little; beyond, the runs are refused
         yield Finding(f"{share}rigid body: {words}")
+    elif not words and odd is not None and odd.left < left[best] / 2.0:
+        yield Finding(
+            f"{share}rigid body: {odd.words}: correct the displacement where it is recorded, or "
+            "measure again; motion cannot answer other stiffnesses before"
+        )
     elif left[best] < residual / CLEARLY_LESS:
         certain = residual > LARGEST_RESIDUAL > left[best]
         yield Finding(
@@ -251,6 +306,13 @@ def _not_of_a_body(
             f"{share}rigid body: check the positions, axes and signs of its mounts; motion cannot "
             "answer other stiffnesses before"
         )
+
+
+def _out_of_time(mounts: Sequence[Mount], load_cases: Sequence[LoadCase]) -> Iterator[Finding]:
+    """Name runs and directions whose force and displacement do not go together in time."""
+    late, unusual = loss_faults([in_mount_axes(mounts, case) for case in load_cases])
+    for sentence in (*late, *unusual):
+        yield Finding(sentence)
 
 
 def _unbalanced(
@@ -306,13 +368,18 @@ def _vehicles(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
         sizes = [np.sqrt(np.mean(np.abs(each) ** 2)) for each in values.values()]
         level = 20.0 * np.log10(np.maximum(sizes, np.finfo(float).tiny))
         for number, vehicle in enumerate(vehicles):
-            gap = level[number] - float(np.median(np.delete(level, number)))
-            if abs(gap) > LEVEL_GAP:
+            others = np.delete(level, number)
+            gap = level[number] - float(np.median(others))
+            usual = 1.4826 * float(np.median(np.abs(others - np.median(others))))
+            least = LOUDER if gap > 0.0 else QUIETER
+            if abs(gap) > max(least, DEVIATIONS * max(usual, LEAST_DEVIATION)):
                 yield Finding(
                     f"vehicle {vehicle.name}: its noise transfer functions lie {abs(gap):.0f} dB "
                     f"{'above' if gap > 0 else 'below'} those of the others: gain of an amplifier, "
-                    "a frequency weighting, dB or another unit?"
+                    "a frequency weighting, dB or another unit, such as lb for N, or a car without "
+                    "its trim?"
                 )
+        yield from _unlike_levels_of_paths(vehicles)
     for group in dict.fromkeys(vehicle.group for vehicle in vehicles):
         yield from _unlike_paths([vehicle for vehicle in vehicles if vehicle.group == group])
 
@@ -339,6 +406,16 @@ def _functions(vehicle: Vehicle) -> Iterator[Finding]:
             certain=True,
         )
         return
+    in_line = np.abs(np.sum(values**2, axis=0)) / np.sum(np.abs(values) ** 2, axis=0)
+    if np.median(in_line) > IN_LINE:
+        yield Finding(
+            f"{whose} have a phase that does not change over frequency: are they means of "
+            "magnitudes, of seats or of cars? Average complex functions, or export one"
+        )
+        return
+    if sentence := _jump(frf.frequency, values):
+        yield Finding(f"{whose} {sentence}")
+        return
     step, middle = np.diff(values, axis=0), (values[1:] + values[:-1]) / 2.0
     rough = np.linalg.norm(step) / np.linalg.norm(values)
     if rough > ROUGH:
@@ -355,6 +432,31 @@ def _functions(vehicle: Vehicle) -> Iterator[Finding]:
             f"{whose} answer {-1e3 * delay:.0f} ms before the force: they are conjugated, "
             "exp(−jωt) or force over pressure exchanged; export them with exp(+jωt)"
         )
+
+
+def _jump(frequency: RealArray, values: ComplexArray) -> str:
+    """Say where functions (f, path) jump at most paths, which no resonance does; else empty."""
+    steps = np.diff(frequency)
+    logarithm = np.log(np.maximum(np.abs(values), 1e-300))
+    change = np.median(np.diff(logarithm, axis=0), axis=1)
+    change[steps > 1.5 * np.median(steps)] = 0.0  # lines are missing
+    inner = slice(2, -2)
+    size = np.abs(change)
+    quiet = np.maximum(size[1:-3], size[3:-1]) < np.log(SMOOTH)
+    jumps = np.flatnonzero((size[inner] > np.log(JUMP)) & quiet) + 2
+    if jumps.size:
+        at = frequency[jumps[0] + 1]
+        return (
+            f"jump by a factor of {np.exp(size[jumps[0]]):.2g} at {at:g} Hz at most paths: was a "
+            "range switched, or were two measurements joined?"
+        )
+    peaks = np.flatnonzero((change[:-1] > np.log(JUMP)) & (change[1:] < -np.log(JUMP)))
+    if peaks.size:
+        return (
+            f"have a single line at {frequency[peaks[0] + 1]:g} Hz that stands out by a factor of "
+            f"{np.exp(change[peaks[0]]):.2g} at most paths: hum of the mains? Measure without it"
+        )
+    return ""
 
 
 def _unlike_ears(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
@@ -379,6 +481,24 @@ def _unlike_groups(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
                 f"vehicle {vehicle.name} is in group {vehicle.group}, and its name begins like "
                 f"group {max(named, key=len)}: which is right?"
             )
+
+
+def _unlike_levels_of_paths(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
+    """Compare the level of each path beside the vehicle's others with the other vehicles."""
+    sizes = np.stack(
+        [np.sqrt(np.mean(np.abs(v.noise_transfer.values[:, 0]) ** 2, axis=0)) for v in vehicles]
+    )
+    level = 20.0 * np.log10(np.maximum(sizes, np.finfo(float).tiny))
+    level = level - np.median(level, axis=1, keepdims=True)
+    for number, vehicle in enumerate(vehicles):
+        gaps = level[number] - np.median(np.delete(level, number, axis=0), axis=0)
+        for name, gap in zip(vehicle.noise_transfer.inputs, gaps, strict=True):
+            if abs(gap) > PATH_GAP:
+                yield Finding(
+                    f"vehicle {vehicle.name}: its noise transfer function of {name} lies "
+                    f"{abs(gap):.0f} dB {'above' if gap > 0 else 'below'} what its other paths and "
+                    "the other vehicles let expect: check the gain and the blow of this path"
+                )
 
 
 def _unlike_paths(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:

@@ -169,7 +169,8 @@ class _Comparison:
             np.prod([powers[:, k, degree] for k, degree in enumerate(each[:-1])], axis=0)
             for each in degrees
         ]
-        preload = legvander(self.state[:, 0], PRELOAD_DEGREE)[:, DEGREE + 1 :]
+        of_preload = legvander(self.state[:, 0], PRELOAD_DEGREE)[:, DEGREE + 1 :]
+        preload = np.asarray(of_preload, dtype=np.float64)
         return np.column_stack(terms), np.array([each[-1] for each in degrees]), preload
 
     def rest(self, unknowns: RealArray, *, cross: bool = False) -> ComplexArray:

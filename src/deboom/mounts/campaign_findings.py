@@ -11,7 +11,7 @@ from itertools import combinations
 
 import numpy as np
 
-from deboom.arrays import RealArray
+from deboom.arrays import ComplexArray, RealArray
 from deboom.common import AXES
 from deboom.measurement.campaign import Campaign, OperatingRun
 from deboom.measurement.channels import LoadCase, Spectrum
@@ -216,9 +216,9 @@ def _forces(campaign: Campaign, body: InstrumentedBody) -> Iterator[str]:
     cases, balance = [], []
     for run in campaign.runs:
         squared = -((2.0 * np.pi * run.frequency[:, np.newaxis]) ** 2)
-        moved = run.acceleration.select(body.channels).values @ motion.T
+        moved: ComplexArray = run.acceleration.select(body.channels).values @ motion.T
         names = tuple(f"{point.name} {axis}" for point in body.points for axis in AXES)
-        force = run.cell_force.select(body.cell_channels).values @ body.force_matrix.T
+        force: ComplexArray = run.cell_force.select(body.cell_channels).values @ body.force_matrix.T
         cases.append(
             LoadCase(
                 name=f"{run.name} of {run.mount_set}",

@@ -23,12 +23,13 @@ from deboom.measurement.channels import LoadCase
 from deboom.mounts.campaign_findings import campaign_findings
 from deboom.mounts.characterise import cross_stiffness_of_campaign
 from deboom.mounts.cross_stiffness import CrossStiffness, cross_stiffness_of_runs
-from deboom.mounts.losses import loss_faults
+from deboom.mounts.losses import loss_faults, losses
 from deboom.mounts.mount import in_mount_axes, not_identified, refuse_active_mounts
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import spl
 from deboom.vehicles.fleet import Band, path_contributions
 from deboom.vehicles.platform import BAND, LIBRARY_FILE, PLATFORM_FILE, MountSource, Platform
+from deboom.vehicles.plausibility import rigid_share
 
 
 class Stage(Enum):
@@ -220,6 +221,8 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         default = " (default)" if entry.name == platform.default_load_case else ""
         torque = "with engine torque" if entry.engine_torque is not None else "no engine torque"
         yield "load case", f"{entry.name}{default}: {entry.title}; gear {entry.gear}, {torque}"
+    for entry in platform.load_cases:
+        yield "losses", f"{entry.name}: {losses_in_words(platform, entry)}"
     yield (
         "band",
         f"{inside.size} lines in {band[0]:g} to {band[1]:g} Hz: {rpm[0]:.0f} to {rpm[1]:.0f} rpm "
@@ -228,11 +231,43 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
     if words := band_in_words(platform, band):
         yield "other band", words
     for name, sizes in _sizes(platform).items():
-        yield name, RANGES[name].sentence(float(np.min(sizes)), float(np.max(sizes)))
+        words = RANGES[name].sentence(float(np.min(sizes)), float(np.max(sizes)))
+        yield name, words + _peak_in_words(platform, name)
     if (platform.folder / LIBRARY_FILE).exists():
         yield "library", f"{LIBRARY_FILE} fits all mounts"
     else:
         yield "library", f"no {LIBRARY_FILE}: studies need --mounts spectra"
+
+
+def losses_in_words(platform: Platform, load_case: LoadCase) -> str:
+    """Say how the mounts lose energy in a run, and how much of it is a rigid motion."""
+    judged = [row for row in losses(in_mount_axes(platform.mounts, load_case)) if row.judged]
+    words = "no direction moves enough to tell a loss factor"
+    if judged:
+        factors, phases = [row.factor for row in judged], [row.phase for row in judged]
+        words = (
+            f"loss factors {min(factors):.2g} to {max(factors):.2g}, phases {min(phases):+.0f} to "
+            f"{max(phases):+.0f} degrees"
+        )
+    share = rigid_share(platform.mounts, load_case)
+    return words if share is None else f"{words}; {100 * share:.1f} % of the motion is rigid"
+
+
+def _peak_in_words(platform: Platform, name: str) -> str:
+    """Say that channels are shown by their median over the lines, and the largest value of all."""
+    if name not in ("displacement", "force"):
+        return ""
+    peak, case, channel = max(
+        (float(np.max(np.abs(column))), case.name, channel)
+        for case in platform.load_cases
+        for spectrum in [getattr(case, name)]
+        for channel, column in zip(spectrum.channels, spectrum.values.T, strict=True)
+    )
+    shown = RANGES[name]
+    return (
+        f", medians of the channels over the lines; largest {shown.factor * peak:.3g} {shown.shown} "
+        f"({channel} in {case})"
+    )
 
 
 def _alarms(judged: Sequence[CrossStiffness]) -> list[str]:

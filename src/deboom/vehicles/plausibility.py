@@ -182,6 +182,21 @@ def _speeds(case: LoadCase) -> Iterator[Finding]:
 # ---- what carries the powertrain
 
 
+def rigid_share(mounts: Sequence[Mount], load_case: LoadCase) -> float | None:
+    """Return the part of a run's motion that a rigid powertrain explains [1].
+
+    None where its mounts do not determine a rigid motion.
+    """
+    pieces = [(m, n) for m in mounts if m.carries_powertrain for n in range(len(m.pieces))]
+    channels = [mount.channels(axis)[piece] for mount, piece in pieces for axis in AXES]
+    forward = forward_matrices(np.array([m.positions[n] for m, n in pieces]).reshape(-1, 3))
+    if not set(channels) <= set(load_case.displacement.channels) or not pieces:
+        return None
+    if np.linalg.matrix_rank(forward) < 6:
+        return None
+    return 1.0 - not_rigid(forward, load_case.displacement.select(channels).values)
+
+
 def _carried(
     mounts: Sequence[Mount], powertrain: Powertrain | None, load_cases: Sequence[LoadCase]
 ) -> Iterator[Finding]:

@@ -265,8 +265,8 @@ def _peak_in_words(platform: Platform, name: str) -> str:
     )
     shown = RANGES[name]
     return (
-        f", medians of the channels over the lines; largest {shown.factor * peak:.3g} {shown.shown} "
-        f"({channel} in {case})"
+        f", medians of the channels over the lines; largest {shown.factor * peak:.3g} "
+        f"{shown.shown} ({channel} in {case})"
     )
 
 

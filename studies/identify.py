@@ -137,16 +137,25 @@ class Model:
     folder: Path
     test: InertanceTest
     truth: CompressorTruth | None
+    fit: IdentifyOptions
 
 
 def prepare(options: Options) -> Model | None:
     """Read the test; None where a virtual compressor is to be measured."""
+    fit = IdentifyOptions(
+        bands=options.bands or THESIS_BANDS,
+        largest_lines=options.lines,
+        smallest_coherence=options.smallest_coherence,
+    )
     if options.folder is None:
-        if options.free or options.from_hits:
-            raise InputError("--free and --from-hits are for measured data: name the FOLDER")
+        if options.free or options.from_hits or fit != IdentifyOptions():
+            raise InputError(
+                "--free, --from-hits, --band, --lines and --smallest-coherence are for measured "
+                "data: name the FOLDER"
+            )
         return None
     test, truth = read_test(options.folder, from_hits=options.from_hits, truth=options.truth)
-    return Model(options.folder, test, truth)
+    return Model(options.folder, test, truth, fit)
 
 
 def run(model: Model | None, options: Options) -> Report:
@@ -154,11 +163,6 @@ def run(model: Model | None, options: Options) -> Report:
     if model is not None and options.free:
         return free_body_report(model, options)
     beside = Beside(thesis=options.thesis, identical_mounts=options.identical_mounts)
-    fit = IdentifyOptions(
-        bands=options.bands or THESIS_BANDS,
-        largest_lines=options.lines,
-        smallest_coherence=options.smallest_coherence,
-    )
     with progress_bar("identify") as progress:
         step = counted(progress, STEPS)
         if model is None:
@@ -166,7 +170,7 @@ def run(model: Model | None, options: Options) -> Report:
             return identification_report(
                 identified_virtual(options.seed, options.level, beside, step)
             )
-        identified = identified_test(model.test, model.truth, fit, beside, step, model.folder)
+        identified = identified_test(model.test, model.truth, model.fit, beside, step, model.folder)
     alarms = identified.identification.alarms
     for alarm in alarms:
         print(f"alarm: {alarm}", file=sys.stderr)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from filelock import FileLock
+from matplotlib.pyplot import close
 
 from browser_samples import Browser
 from deboom.files import platform, reader_process
@@ -78,6 +79,13 @@ def one_reader(reader_of_each_folder):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reader_process, "_reader_of", lambda _: reader_of_each_folder(Path()))
         yield
+
+
+@pytest.fixture(autouse=True)
+def closed_figures():
+    """Close what a test drew and did not keep: matplotlib complains of many open figures."""
+    yield
+    close("all")
 
 
 @pytest.fixture(scope="module")

@@ -61,6 +61,8 @@ HALVED = 0.5
 
 CLEARLY_LESS = 3.0
 """Factor by which an odd gain or delay, taken off, reduces what is not rigid, to be named [1]."""
+LARGEST_GAIN = 0.2
+"""Error of a gain that sensors may have [1]."""
 SHORTEST_DELAY = 0.3e-3
 """Delay that is told from a gain [s]."""
 LONGEST_DELAY = 20e-3
@@ -311,6 +313,11 @@ class OddChannels:
     left: float
 
     @property
+    def clear(self) -> bool:
+        """Whether the factor is beyond what gains of sensors differ by."""
+        return abs(self.delay) > SHORTEST_DELAY or abs(self.gain - 1.0) > LARGEST_GAIN
+
+    @property
     def words(self) -> str:
         """A clause that says what the channels do."""
         turned = abs(np.angle(self.gain, deg=True))
@@ -321,7 +328,7 @@ class OddChannels:
         elif turned > 150.0:
             fault = "reversed"
         else:
-            fault = f"{abs(self.gain):.2g} times too large"
+            fault = f"{abs(self.gain):.2g} times what it should be"
         return (
             f"with '{self.name}' taken for {fault}, {100 * self.left:.1f} % are left of "
             f"{100 * self.residual:.0f} %"

@@ -219,6 +219,7 @@ def _forces(campaign: Campaign, body: InstrumentedBody) -> Iterator[str]:
         moved: ComplexArray = run.acceleration.select(body.channels).values @ motion.T
         names = tuple(f"{point.name} {axis}" for point in body.points for axis in AXES)
         force: ComplexArray = run.cell_force.select(body.cell_channels).values @ body.force_matrix.T
+        at_points: ComplexArray = (moved / squared) @ body.at_points.T
         cases.append(
             LoadCase(
                 name=f"{run.name} of {run.mount_set}",
@@ -227,9 +228,7 @@ def _forces(campaign: Campaign, body: InstrumentedBody) -> Iterator[str]:
                 total_ratio=run.total_ratio,
                 torque_limit=run.torque_limit,
                 order=run.order,
-                displacement=Spectrum(
-                    run.frequency, (moved / squared) @ body.at_points.T, names, "m"
-                ),
+                displacement=Spectrum(run.frequency, at_points, names, "m"),
                 force=Spectrum(run.frequency, force, names, "N"),
             )
         )
@@ -273,7 +272,9 @@ def _stiffness(campaign: Campaign, cases: Sequence[LoadCase]) -> Iterator[str]:
             )
 
 
-def _mass(excited: Sequence[str], balance: Sequence[tuple[RealArray, RealArray]]) -> Iterator[str]:
+def _mass(
+    excited: Sequence[str], balance: Sequence[tuple[ComplexArray, ComplexArray]]
+) -> Iterator[str]:
     """Compare the forces of the mounts with the inertia force along x, y and z."""
     inertia, load = (np.vstack(part) for part in zip(*balance, strict=True))
     cross = np.sum(inertia.conj() * load, axis=0)

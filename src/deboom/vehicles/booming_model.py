@@ -401,7 +401,7 @@ def model_of_other_data(
     powertrain: Powertrain | None,
     load_cases: Sequence[LoadCase],
 ) -> BoomingModel:
-    """Return a model of the same kind, such as from data that were measured again.
+    """Return a model of the same kind from data that were measured again, with errors drawn.
 
     - `model`: model whose motion, weights and meaning of a factor stay.
     - `fleet`: other noise transfer functions.
@@ -419,7 +419,7 @@ def model_of_other_data(
             loss = model.loss_factors
             cases.append(path_contributions(fleet, mounts, load_case, band, loss_factors=loss))
             continue
-        coupled = coupled_motion(fleet, mounts, powertrain, load_case, band)
+        coupled = coupled_motion(fleet, mounts, powertrain, load_case, band, with_drawn_errors=True)
         if isinstance(case, AmplitudeMotion):
             cases.append(replace(case, **vars(coupled)))
         else:

@@ -370,6 +370,8 @@ def coupled_motion(
     powertrain: Powertrain | None,
     load_case: LoadCase,
     band: Band = (20.0, 60.0),
+    *,
+    with_drawn_errors: bool = False,
 ) -> CoupledMotion:
     """Identify the equations of motion of one load case from its measured motion and forces.
 
@@ -385,6 +387,9 @@ def coupled_motion(
         Operating motion and force.
     band : (lower, upper)
         Both edges belong to the band [Hz].
+    with_drawn_errors : bool
+        Whether errors of sensors were drawn into the data, which may then leave a motion that is
+        not rigid; measured data of that kind are refused.
 
     Raises
     ------
@@ -432,7 +437,9 @@ def coupled_motion(
         forward, motion = np.ones((1, 1)), displacement
         if len(mass) == 6:
             forward = mount_forward(on_powertrain)
-            motion = _rigid_motion(forward, displacement, channels, load_case.name)
+            motion = _rigid_motion(forward, displacement, load_case.name)
+            if not with_drawn_errors:
+                _refuse_other_motion(forward, displacement, channels, load_case.name)
             displacement = motion @ forward.T
         _refuse_rest(displacement, channels, frequency, load_case.name)
         to_ear = np.zeros((*transfer.shape[:2], len(directions)), dtype=complex)
@@ -599,23 +606,26 @@ def _measured(names: Sequence[str], load_case: LoadCase, quantity: str) -> Compl
     return spectrum.select(names).values
 
 
-def _rigid_motion(
-    forward: RealArray, displacement: ComplexArray, channels: Sequence[str], load_case: str
-) -> ComplexArray:
-    """Fit the rigid motion (f, 6) to displacements (f, s); refuse one that leaves much over."""
+def _rigid_motion(forward: RealArray, displacement: ComplexArray, load_case: str) -> ComplexArray:
+    """Fit the rigid motion (f, 6) to displacements (f, s)."""
     if np.linalg.matrix_rank(forward) < 6:
         raise InputError(
             f"load case {load_case}: the powertrain's mounts do not determine its motion: it needs "
             "three that do not lie on one line; give body_mass_kg to mounts that do not carry it"
         )
     fit = np.linalg.lstsq(forward, displacement.T, rcond=None)[0].T
-    motion = np.asarray(fit, dtype=np.complex128)
+    return np.asarray(fit, dtype=np.complex128)
+
+
+def _refuse_other_motion(
+    forward: RealArray, displacement: ComplexArray, channels: Sequence[str], load_case: str
+) -> None:
+    """Refuse displacements (f, s) of which a rigid motion leaves much over."""
     residual = not_rigid(forward, displacement)
     if residual > LARGEST_RESIDUAL:
         words = reversed_channel(forward, displacement, channels, residual)
         remedy = words or "check the positions, axes and signs of its mounts"
         raise InputError(f"load case {load_case}: {_in_words(residual)}: {remedy}")
-    return motion
 
 
 def _refuse_rest(

@@ -32,6 +32,8 @@ from deboom.vehicles.powertrain import Powertrain
 
 SMALL_RESIDUAL = 0.03
 """Part of the mounts' motion that sensors leave unexplained by a rigid motion [1]."""
+LEAST_RESIDUAL = 0.003
+"""The same from which on a late channel, or one of another gain, is looked for [1]."""
 REACH = (0.5, 8.0)
 """Distance of the mounts from the centre of gravity over the radius of gyration [1]."""
 LARGEST_ECCENTRICITY = 1.5
@@ -232,6 +234,14 @@ def _carried(
                 yield replace(finding, sentence=which + finding.sentence)
         return
     displacement = np.vstack(moved)
+    frequency = np.concatenate([case.force.frequency for case in load_cases])
+    groups = {name: [column] for column, name in enumerate(channels)}
+    odd = odd_channels(forward, frequency, displacement[:, np.newaxis], groups)
+    if odd is not None and odd.residual > LEAST_RESIDUAL and odd.clear:
+        yield Finding(
+            f"{100 * odd.residual:.1f} % of the motion of the powertrain's mounts is not that of a "
+            f"rigid body: {odd.words}: correct the displacement where it is recorded"
+        )
     if powertrain is not None:
         force = np.vstack([case.force.select(channels).values for case in load_cases])
         lines = np.concatenate([case.force.frequency for case in load_cases])

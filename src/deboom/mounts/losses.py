@@ -126,7 +126,7 @@ def loss_faults(
     - returns: sentences on delays, and on loss factors that no rubber has.
     """
     of_case = {case.name: losses(case) for case in load_cases}
-    last = max(float(case.force.frequency[-1]) for case in load_cases)
+    last = max((float(case.force.frequency[-1]) for case in load_cases), default=0.0)
     factors = [
         sentence for name, rows in of_case.items() for sentence in _unusual(f"{what} {name}", rows)
     ]
@@ -151,11 +151,15 @@ def _unusual(which: str, rows: Sequence[Loss]) -> Iterator[str]:
             "forces and displacements those of one run, with the phase of one tacho?"
         )
         return
-    for row in unusual:
+    if unusual:
+        names = ", ".join(
+            f"{row.channel} ({100 * row.unusual:.0f} % of its lines, median {row.factor:.2g}, "
+            f"phase {row.phase:+.0f} degrees)"
+            for row in unusual
+        )
         yield (
-            f"{which}: the loss factor of {row.channel} is {beyond} {100 * row.unusual:.0f} % of "
-            f"the lines (median {row.factor:.2g}, phase {row.phase:+.0f} degrees): check the "
-            "signs, axes and phases of its force and its displacement"
+            f"{which}: loss factors are {beyond} more than half of the lines of {names}: check the "
+            "signs, axes and phases of force and displacement"
         )
 
 

@@ -8,6 +8,7 @@ worth a look. ``deboom check`` and the studies use the same list.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -15,10 +16,11 @@ import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.common import AXES
+from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
 from deboom.measurement.culprit import odd_channels
 from deboom.mounts.losses import loss_faults
-from deboom.mounts.mount import Mount, in_mount_axes
+from deboom.mounts.mount import Mount, in_mount_axes, refuse_active_mounts
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import forward_matrices
 from deboom.vehicles.coupled_motion import (
@@ -335,7 +337,13 @@ def _not_of_a_body(
 
 def _out_of_time(mounts: Sequence[Mount], load_cases: Sequence[LoadCase]) -> Iterator[Finding]:
     """Name runs and directions whose force and displacement do not go together in time."""
-    late, unusual = loss_faults([in_mount_axes(mounts, case) for case in load_cases])
+    passive = []
+    for case in load_cases:
+        along = in_mount_axes(mounts, case)
+        with suppress(InputError):  # such runs are refused, with their channels
+            refuse_active_mounts(along)
+            passive.append(along)
+    late, unusual = loss_faults(passive)
     for sentence in (*late, *unusual):
         yield Finding(sentence)
 

@@ -95,8 +95,10 @@ def imported(path: Path) -> tuple[Path, ...]:
                 names |= {alias.name for alias in aliases}
             case ast.ImportFrom(module=str(module), names=aliases):
                 names |= {module, *(f"{module}.{alias.name}" for alias in aliases)}
-            case ast.Constant(value=str(value)) if value.removesuffix(".py") in studies:
-                paths.add(studies[value.removesuffix(".py")])
+            case ast.Call(func=ast.Name(id="load_study"), args=[argument, *_]):
+                inside = (getattr(part, "value", "") for part in ast.walk(argument))
+                stems = {text.removesuffix(".py") for text in inside if isinstance(text, str)}
+                paths |= {studies[stem] for stem in stems & studies.keys()}
     for name in names:
         place = name.removeprefix("deboom.studies.").replace(".", "/")
         base = ROOT / "studies" if name.startswith("deboom.studies.") else ROOT / "src"

@@ -166,7 +166,7 @@ def _platform_toml():
     for name, ending in zip(VEHICLES, ("xlsx", "mat"), strict=True):
         parts.append(f'[[vehicles]]\nname = "{name}"\ngroup = "{GROUP}"')
         parts.append(f'noise_transfer = "ntf/{name}.{ending}"')
-    for name, limit in (("low", 60.0), ("high", 130.0)):
+    for name, limit in (("low", 110.0), ("high", 180.0)):
         parts.append(f'[[load_cases]]\nname = "{name}"\ntitle = "{name}"\ngear = 2')
         parts.append(f'torque_limit_nm = {limit}\noperating = "runs/{name}.csv"')
         parts.append(f'torque_table = "runs/{name}_torque.csv"')

@@ -79,8 +79,7 @@ def vehicle_table(
         "today [dB(A)]": before[rows].tolist(),
         "after [dB(A)]": after[rows].tolist(),
         "change [dB]": (after - before)[rows].tolist(),
-        EXPECTED: ["" if expected is None else _middle(expected.cars.of(row)) for row in rows],
-        ENDS: ["" if expected is None else _ends(expected.cars.of(row)) for row in rows],
+        EXPECTED: ["" if expected is None else _cell(expected.cars.of(row)) for row in rows],
         "loudest peak [dB(A)]": [_loudest(changes[fleet.vehicles[row]]) for row in rows],
         "worst peak [dB]": [_worst(changes[fleet.vehicles[row]]) for row in rows],
         "cars in target [%]": share[rows].tolist(),
@@ -89,12 +88,12 @@ def vehicle_table(
     if len(fleet.vehicles) > 1:
         whose = "mean" if fleet.weights is None else "weighted mean"
         levels = (float(fleet.mean(each)) for each in (before, after, after - before))
-        of_mean = ("", "") if expected is None else (_middle(expected.mean), _ends(expected.mean))
-        means = (whose, *levels, *of_mean, "", "", float(fleet.mean(share)), None)
+        of_mean = "" if expected is None else _cell(expected.mean)
+        means = (whose, *levels, of_mean, "", "", float(fleet.mean(share)), None)
         for column, value in zip(table, means, strict=True):
             table[column].append(value)
     frame = pd.DataFrame(table)
-    return frame.drop(columns=[EXPECTED, ENDS]) if expected is None else frame
+    return frame.drop(columns=EXPECTED) if expected is None else frame
 
 
 def weights_sentence(fleet: FleetFront) -> str:
@@ -108,17 +107,14 @@ def weights_sentence(fleet: FleetFront) -> str:
     return f"In each mean of the vehicles the weights are {', '.join(counted)}{rest}. "
 
 
-EXPECTED, ENDS = "expected [dB]", "90 % interval [dB]"
+EXPECTED = "expected (90 %) [dB]"
 VEHICLE_DECIMALS = {"change [dB]": 1, "cars in target [%]": 1}
 """Of the columns of `vehicle_table` that their units do not decide."""
 
 
-def _middle(interval: Interval) -> str:
-    return signed(float(interval.expected), 1)
-
-
-def _ends(interval: Interval) -> str:
-    return f"{signed(float(interval.low), 1)} to {signed(float(interval.high), 1)}"
+def _cell(interval: Interval) -> str:
+    ends = f"{signed(float(interval.low), 1)} to {signed(float(interval.high), 1)}"
+    return f"{signed(float(interval.expected), 1)} ({ends})"
 
 
 def _loudest(changes: Sequence[PeakChange]) -> str:
@@ -181,7 +177,8 @@ KNOWN_OF_BODIES = {
 
 
 def _expected(interval: Interval) -> str:
-    return f"{_middle(interval)} dB ({_ends(interval)}, {PERCENT * SHARE:.0f} %)"
+    ends = f"{signed(float(interval.low), 1)} to {signed(float(interval.high), 1)}"
+    return f"{signed(float(interval.expected), 1)} dB ({ends}, {PERCENT * SHARE:.0f} %)"
 
 
 def other_changes_sentence(*, unseen: float, prescribed: float, old_stops: float) -> str:

@@ -176,13 +176,13 @@ def test_the_shipped_platform_is_plausible(platform):
             "vehicles U06-3 and U06-4 have the same noise transfer functions",
         ),
         # the phase of rubber counts for 0.07 ms
-        (lambda p: late(p, "force", (), 0.6e-3), False, "the forces of all mounts are 0.5 ms late"),
+        (lambda p: late(p, "force", (), 0.6e-3), False, "of all mounts are 0.5 ms late"),
         (lambda p: late(p, "force", (), -0.6e-3), False, "all mounts are 0.7 ms ahead"),
         (lambda p: late(p, "force", ("TSM x",), -2e-3), False, "force of TSM x is 2.0 ms ahead"),
         (
             lambda p: late(p, "displacement", ("GeM x",), 0.6e-3),
             False,
-            "with 'GeM x' taken for late by 0.6 ms",
+            "'GeM x' taken for late by 0.6 ms",
         ),
         (
             lambda p: measured(p, 4, "force", lambda f, _: f * np.exp(0.8j)),

@@ -65,6 +65,8 @@ PLAUSIBLE_DENSITY = (50.0, 2e4)
 """Of a body with the found mass and radius of gyration, from foam to lead [kg/m³]."""
 WRONG_SCALE = 2.0
 """Factor by which no tolerance and no flexible body moves the mass from that of the scales."""
+DOUBTED = 3.5
+"""Contradiction of a sensor or impact over the tolerances from which on the check names it [1]."""
 SMALLEST_MASS_GAP = 0.05
 """Difference of masses that is never doubted [1]."""
 OTHER_INERTIA = 1.5
@@ -225,7 +227,7 @@ def hammer_test_doubts(test: InertanceTest) -> tuple[str, ...]:
             ("sensor", culprit_of_responses(response, test.frf, tolerances)),
             ("impact", culprit_of_excitation(excitation, test.frf, tolerances)),
         )
-        if diagnosis.named
+        if diagnosis.named and diagnosis.suspect and diagnosis.suspect.significance > DOUBTED
     ]
     doubts = [
         f"{what} {diagnosis.verdict}: it contradicts all others by "

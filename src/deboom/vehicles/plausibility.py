@@ -68,7 +68,7 @@ IN_LINE = 0.98
 JUMP, SMOOTH = 4.0, 2.0
 """Factor from line to line at most paths that is named where the next lines change by less than the
 second one [1]."""
-ROUGH = 1.0
+ROUGH = 1.25
 """Change from line to line over the size of a function, from which on phases are noise [1]."""
 OPPOSITE = -0.3
 """Likeness to the other vehicles of the group below which a path has the other sign [1]."""

@@ -8,7 +8,7 @@ from deboom.cli import app
 def call(*words, code=0):
     """Run a command, which must end with this exit code; return what it wrote."""
     done = CliRunner().invoke(app, [str(word) for word in words])
-    assert done.exit_code == code, done.output
+    assert done.exit_code == code, done.output or repr(done.exception)
     assert done.exception is None or isinstance(done.exception, SystemExit)
     return done
 

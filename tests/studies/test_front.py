@@ -183,6 +183,7 @@ def test_spectra_as_source_need_no_library(tmp_path):
     assert len(json.loads((folder / "run.json").read_text())["inputs_sha256"]) == 30
 
 
+@pytest.mark.filterwarnings("ignore:.*engine torque reaches")  # no run has this torque
 def test_lines_that_no_surface_knows_are_refused_or_measured_by_choice(tmp_path):
     platform = tmp_path / "platform"
     shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth"))

@@ -30,6 +30,7 @@ def folder(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow("runs six commands, from an empty folder to a supplier's page")
 @pytest.mark.usefixtures("plain_loops", "no_pictures")
 def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(folder, monkeypatch, tmp_path):
     monkeypatch.setattr(supplier_numbers, "REPETITIONS", 40)

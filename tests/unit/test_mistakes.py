@@ -274,6 +274,7 @@ def test_a_mistake_in_a_folder_is_named_by_its_check(kind, name):
     assert outcome.named, outcome.sentences
 
 
+@pytest.mark.filterwarnings("ignore::deboom.files.uff.AxisDriftWarning")
 @pytest.mark.slow("checks 70 folders")
 def test_most_later_mistakes_are_named():
     missed = [

@@ -11,7 +11,7 @@ def described(name):
     """Return a study's docstring, with those of the studies whose keys it takes over."""
     text = ast.get_docstring(ast.parse((STUDIES / f"{name}.py").read_text(encoding="utf-8")))
     text = " ".join(text.split())
-    keys = text.partition("Keys of summary.json")[2]
+    keys = re.split(r"Keys? of summary\.json", text, maxsplit=1)[-1]
     others = re.search(r"those of ([\w, ]+)", keys)
     names = {path.stem for path in STUDIES.glob("*.py")} - {name}
     mentioned = sorted(names & set(re.findall(r"\w+", others[1]))) if others else []

@@ -262,6 +262,7 @@ def test_folders_with_mistakes_of_each_kind_are_told_where():
         ("campaign", "static forces of one mount in kN labelled N"),
         ("campaign", "one accelerometer channel late by 4 to 10 ms"),
         ("campaign", "a static curve in kN under a header in N"),
+        ("compressor", "one sensor 30 mm off along x"),
         ("compressor", "weighed with its bracket"),
         ("compressor", "a hidden old sheet before the right one"),
         ("component", "sensors of two points exchanged"),

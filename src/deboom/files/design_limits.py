@@ -5,6 +5,7 @@ A kind of limit is one class: `limit_kind` makes it an array of tables of the fi
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -81,9 +82,9 @@ class LimitEntry(StrictModel):
             raise ValueError("at_least is above at_most")
         return self
 
+    @abstractmethod
     def quantity(self, mounts: LimitedMounts) -> Quantity:
         """Return what is limited, in the unit of the bounds; InputError if there is no such."""
-        raise NotImplementedError
 
     def limits(self, quantity: Quantity, source: str) -> Iterator[Limit]:
         """Give one limit for each name of the quantity, stated by a source."""

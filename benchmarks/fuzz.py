@@ -322,7 +322,7 @@ def _search(folder: Path) -> None:
     from deboom.files.run_folder import CheckpointFolder
 
     store = CheckpointFolder(folder, {"a.toml": "0"})
-    store.save({"seed": 1})
+    store.save({"seed": 1, "variables": ["a", "b"], "seconds": 0.0})
     for generation in (1, 2):
         store.keep(generation, {"designs": np.ones((3, 2)), "failed": np.zeros(3)})
 
@@ -369,7 +369,7 @@ KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
         of_tests("test_files_hard_cases:STUDY", "a.py", lambda text: text.format("seed: int = 1")),
         command("run", "@/a.py", "--help"),
     ),
-    "list of runs": (_results, command("list", "@", "--html")),
+    "list of runs": (_results, command("list", "@")),
     "library": (_library, command("library", "show", "@/a.db")),
     "import": (_library, command("library", "import", "@/new.db", "@/a.json")),
     "time data": (_time_data, _read_time_data),

@@ -329,8 +329,8 @@ def _draw_base(kind: BodyKind, fleet: BenchFleet, generator: np.random.Generator
         frequencies[0], sizes[0] = log_uniform(generator, kind.swing), 2.0 * size
     axis = [AXES.index(path[-1]) for path in fleet.paths]
     of_all = generator.normal(size=(n_mode, len(AXES)))[:, axis]
-    own = np.sqrt(1.0 - CARRIER_SHARE**2) * generator.normal(size=(n_mode, n_path))
-    at_paths = sizes[:, np.newaxis] * (CARRIER_SHARE * of_all + own)
+    of_path = np.sqrt(1.0 - CARRIER_SHARE**2) * generator.normal(size=(n_mode, n_path))
+    at_paths = sizes[:, np.newaxis] * (CARRIER_SHARE * of_all + of_path)
     at_paths[:, np.array(axis) == AXES.index("y")] *= generator.uniform(*LATERAL)
     stiffness = log_uniform(generator, kind.stiffness) * np.exp(
         ATTACHMENT_SPREAD * generator.normal(size=n_path)

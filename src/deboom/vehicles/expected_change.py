@@ -315,11 +315,11 @@ class _Case:
         of_designs = case.springs(designs)
         for body in case.bodies:
             n = body.variables.size
-            own = of_designs[..., first : first + n]
+            of_body = of_designs[..., first : first + n]
             first += n
             if model.loss_factors:
                 n //= 2
-                own = own[..., :n] + own[..., n:]
+                of_body = of_body[..., :n] + of_body[..., n:]
                 body = replace(
                     body,
                     forward=body.forward[:n],
@@ -328,7 +328,7 @@ class _Case:
                     transfer=body.transfer[..., :n],
                 )
             bodies.append(body)
-            springs.append(own)
+            springs.append(of_body)
         rigid = CoupledMotion(**vars_of(case) | {"bodies": tuple(bodies)})
         shape = (len(case.vehicle_names), case.frequency.size, *[rigid.variables.size] * 2)
         motion = FlexibleMotion(**vars_of(rigid), receptance=np.zeros(shape, dtype=complex))
@@ -384,8 +384,8 @@ def _forces(rest: ComplexArray, free: ComplexArray, compliance: ComplexArray) ->
         matrix[k + 1 :, k + 1 :] -= share[:, np.newaxis] * column
         force[k + 1 :] -= share * force[k]
     for k in reversed(range(n)):
-        known = (matrix[k + 1 :, k] * force[k + 1 :]).sum(axis=0)
-        force[k] = (force[k] - known) * inverse[k]
+        of_later_rows = (matrix[k + 1 :, k] * force[k + 1 :]).sum(axis=0)
+        force[k] = (force[k] - of_later_rows) * inverse[k]
     return force
 
 

@@ -106,6 +106,22 @@ def test_raw_sensors_and_impacts_give_the_body_at_the_virtual_point():
     assert identified.body.centre == pytest.approx(body[1], abs=0.3e-3)
 
 
+def test_sensors_and_impacts_at_one_height_state_the_error_of_the_centre():
+    """Entries at the virtual point share the noise of raw channels: 1.3 σ without that, over 40."""
+    rng, errors = np.random.default_rng(17), []
+    for _ in range(40):
+        body = drawn_body(rng)
+        size = 2 * (body[0] / 2000.0) ** (1 / 3)
+        points = rng.uniform(-0.5, 0.5, (2, 4, 3)) * size
+        points[..., 2] = (0.4 + 0.03 * rng.normal(size=(2, 4))) * size
+        sensors, impacts = (forward_matrices(p) for p in points)
+        raw = sensors @ accelerance(body, rng, noise=0.0) @ impacts.T
+        noise = (rng.normal(size=raw.shape) + 1j * rng.normal(size=raw.shape)) / np.sqrt(2)
+        raw = raw + 0.02 * np.abs(raw) * noise
+        errors.append(scores(free_body(LINES, raw, sensors=sensors, impacts=impacts), body)[3])
+    assert 0.8 <= np.sqrt(np.mean(np.square(errors))) <= 1.15
+
+
 @pytest.mark.parametrize(
     ("lines", "shape", "options", "words"),
     [

@@ -137,10 +137,8 @@ def free_body(
             f"{inside.sum()} lines from {band[0]:g} to {band[1]:g} Hz: a mass line needs "
             f"{FEWEST_LINES}"
         )
-    constant, deviation = _mass_lines(lines[inside], values[inside], hung)
     return _rigid(
-        constant,
-        deviation,
+        *_mass_lines(lines[inside], values[inside], hung),
         (float(lines[inside][0]), float(lines[inside][-1])),
         weighed,
         gain_deviation,
@@ -160,8 +158,10 @@ def _checked(
     return lines, values
 
 
-def _mass_lines(lines: RealArray, values: ComplexArray, hung: bool) -> tuple[RealArray, RealArray]:
-    """Constant of each entry and its standard deviation, with that of the model, (6, 6) each.
+def _mass_lines(
+    lines: RealArray, values: ComplexArray, hung: bool
+) -> tuple[RealArray, RealArray, RealArray]:
+    """Constant (6, 6), its bias (6, 6) and the covariance (36, 36) of its noise.
 
     What the constant changes by when the upper part of the band is left out is its bias.
     """
@@ -171,11 +171,11 @@ def _mass_lines(lines: RealArray, values: ComplexArray, hung: bool) -> tuple[Rea
         columns = [np.ones(n), square, square**2, *([1 / square] if hung else [])]
         basis, data = np.column_stack(columns), values[:n].real.reshape(n, 36)
         coefficients, *_ = np.linalg.lstsq(basis, data, rcond=None)
-        variance = np.sum((data - basis @ coefficients) ** 2, axis=0) / (n - len(columns))
-        fits.append((coefficients[0], variance * np.linalg.inv(basis.T @ basis)[0, 0]))
-    (inner, _), (constant, variance) = fits
-    deviation = np.sqrt(variance + (constant - inner) ** 2)
-    return constant.reshape(6, 6), deviation.reshape(6, 6)
+        residuals = data - basis @ coefficients
+        fits.append(coefficients[0].reshape(6, 6))
+    inner, constant = fits
+    factor = np.linalg.inv(basis.T @ basis)[0, 0] / (n - len(columns))
+    return constant, constant - inner, factor * residuals.T @ residuals
 
 
 def _best_band(lines: RealArray, values: ComplexArray, hung: bool) -> tuple[float, float]:
@@ -183,15 +183,21 @@ def _best_band(lines: RealArray, values: ComplexArray, hung: bool) -> tuple[floa
     numbers = np.unique(np.geomspace(FEWEST_LINES, lines.size, CANDIDATES).astype(int))
     errors = []
     for n in numbers:
-        constant, deviation = _mass_lines(lines[:n], values[:n], hung)
+        constant, bias, noise = _mass_lines(lines[:n], values[:n], hung)
         size = np.abs(np.diag(constant))
-        errors.append(float(np.mean(deviation**2 / np.outer(size, size))))
+        errors.append(float(np.mean(_variance(bias, noise) / np.outer(size, size))))
     return float(lines[0]), float(lines[numbers[int(np.argmin(errors))] - 1])
+
+
+def _variance(bias: RealArray, noise: RealArray) -> RealArray:
+    """Variance (6, 6) of each constant, of its bias and its noise."""
+    return bias**2 + np.diag(noise).reshape(6, 6)
 
 
 def _rigid(
     constant: RealArray,
-    deviation: RealArray,
+    bias: RealArray,
+    noise: RealArray,
     band: tuple[float, float],
     weighed: tuple[float, float] | None,
     gain_deviation: float,
@@ -209,9 +215,10 @@ def _rigid(
     n_common, n_gains = int(weighed is not None), 12 if gain_deviation > 0 else 0
     first = np.concatenate([first, np.ones(n_common), np.zeros(n_gains)])
     size = np.sqrt(np.outer(np.diag(constant), np.diag(constant)))
+    deviation = np.maximum(np.sqrt(_variance(bias, noise)), SMALLEST * size)
 
     def solved(share: float) -> OptimizeResult:
-        spread = np.hypot(np.maximum(deviation, SMALLEST * size), share * size)
+        spread = np.hypot(deviation, share * size)
 
         def residuals(scaled: RealArray) -> RealArray:
             common, gains = scaled[10 : 10 + n_common], scaled[10 + n_common :]
@@ -234,7 +241,11 @@ def _rigid(
     share = brentq(excess, 0.0, 1.0, xtol=1e-6) if misfit > 1 else 0.0
     result = solved(share)
     n_free = result.fun.size - first.size
-    covariance = np.linalg.inv(result.jac.T @ result.jac)
+    correlation = np.eye(result.fun.size)
+    together = noise / np.outer(spread := np.hypot(deviation, share * size).ravel(), spread)
+    correlation[:36, :36] += together - np.diag(np.diag(together))
+    weights = np.linalg.pinv(result.jac)
+    covariance = weights @ correlation @ weights.T
     return FreeBody(
         mass_properties(_matrix(unit * result.x[:10])),
         unit * np.sqrt(np.diag(covariance))[:10] * stats.t.ppf(0.975, n_free) / 1.96,

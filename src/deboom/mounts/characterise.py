@@ -132,8 +132,8 @@ class Characterisation(Tabled):
     def alarms(self) -> tuple[str, ...]:
         """Sentences on what the measurement contradicts.
 
-        The directions of measuring chains that contradict Newton's law are withdrawn; a mount whose
-        force its own displacements do not explain is named with its likely angle.
+        Directions of measuring chains that contradict Newton's law are withdrawn, and those of a
+        mount whose force its own displacements do not explain; it is named with its likely angle.
         """
         of_chains = [
             alarm for chain in self.chains for alarm in chain.alarms(self.campaign.excited)
@@ -326,10 +326,14 @@ def characterise(
             seed=options.seed,
             n_draws=options.draws,
         )
-    for name, budget in budgets.items():
-        directions[name] = replace(directions[name], budget=budget)
-    step(4)
     judged = cross_stiffness_of_maps(maps, campaign.tolerances)
+    doubted = {mount.mount for mount in judged if mount.clear}
+    for name, budget in budgets.items():
+        contradicted = maps[name].mount in doubted
+        directions[name] = replace(
+            directions[name], budget=replace(budget, contradicted=contradicted)
+        )
+    step(4)
     return Characterisation(campaign, mount_set, runs, mount_chains, directions, options, judged)
 
 
@@ -342,15 +346,22 @@ def cross_stiffness_of_campaign(campaign: Campaign) -> tuple[CrossStiffness, ...
     """
     judged = []
     with threadpool_limits(1):  # its matrices are too small to share
-        bodies = instrumented_bodies(campaign)
-        chains = [stated_alignment(alignment(body, campaign.tolerances)) for body in bodies]
-        for name in campaign.mount_sets:
-            runs = campaign.runs_of(name)
-            records = [body_record(body, runs, campaign.tolerances) for body in bodies]
-            maps = operating_maps(chains, [record.mean_over_repeats() for record in records])
+        for name, maps in stated_maps(campaign).items():
             of_set = cross_stiffness_of_maps(maps, campaign.tolerances)
             judged += [replace(cross, mount=f"{cross.mount} of {name}") for cross in of_set]
     return tuple(judged)
+
+
+def stated_maps(campaign: Campaign) -> dict[str, dict[str, OperatingMap]]:
+    """Compute the operating maps of each mount set by ``<mount> <axis>``, sensors as stated."""
+    bodies = instrumented_bodies(campaign)
+    chains = [stated_alignment(alignment(body, campaign.tolerances)) for body in bodies]
+    maps = {}
+    for name in campaign.mount_sets:
+        runs = campaign.runs_of(name)
+        records = [body_record(body, runs, campaign.tolerances) for body in bodies]
+        maps[name] = operating_maps(chains, [record.mean_over_repeats() for record in records])
+    return maps
 
 
 def training_runs(

@@ -48,7 +48,8 @@ class DirectionBudget:
     `misfit` the rms part of the residuals that noise does not explain, which is in the band;
     `sources` half the band by each stated tolerance alone, without self-calibration, medians over
     lines [1]. `enlargement` is the factor in the band by what contradicts the measuring chain,
-    `AlignmentEstimate.enlargement` [1].
+    `AlignmentEstimate.enlargement` [1]. `contradicted`: an alarm says that the mount does not stand
+    as stated, `CrossStiffness.clear`: the band is of another direction.
     """
 
     name: str
@@ -59,6 +60,7 @@ class DirectionBudget:
     misfit: float
     sources: Mapping[ErrorSource, float]
     enlargement: float = 1.0
+    contradicted: bool = False
 
     @property
     def half_width_95(self) -> float:
@@ -73,7 +75,8 @@ class DirectionBudget:
     @property
     def identified(self) -> bool:
         """Whether the band is narrow enough to speak of a measured stiffness, uncontradicted."""
-        return self.enlargement == 1.0 and self.half_width_95 <= IDENTIFIED
+        unopposed = self.enlargement == 1.0 and not self.contradicted
+        return unopposed and self.half_width_95 <= IDENTIFIED
 
 
 def error_budget(

@@ -103,6 +103,8 @@ def described(result: Characterisation) -> str:
             lines.append(f"  {name:8} not identified: {direction.complaint or 'no error budget'}")
             continue
         word = "identified" if direction.budget.identified else "not identified"
+        if direction.budget.contradicted:
+            word += ": see the alarm for its mount"
         width = 100 * direction.budget.half_width_95
         lines.append(f"  {name:8} ± {width:.1f} % of |K| (95 %), {word}")
     return "\n".join(lines)

@@ -59,7 +59,7 @@ def test_a_platform_library_tells_each_step_of_its_making(monkeypatch, tmp_path)
 
 
 def test_lines_of_a_characterisation_state_the_half_width_in_percent():
-    budget = SimpleNamespace(identified=True, half_width_95=0.123)
+    budget = SimpleNamespace(contradicted=False, identified=True, half_width_95=0.123)
     directions = {
         "EnM x": SimpleNamespace(budget=budget, complaint=""),
         "GeM y": SimpleNamespace(budget=None, complaint="too few runs"),

@@ -29,6 +29,12 @@ LARGEST_MISFIT = 100.0
 """Reduced χ² of a group beyond which it is contradicted: ten times what noise, calibration and
 tolerances explain. Right statements give 0.9 to 1.2, wrong loads of an engine 1e5 [1]."""
 
+APART = 1.0
+"""Distance of lines whose noise is compared: closer ones share most of their time window, farther
+ones differ by their motion [Hz]."""
+MORE_NOISE = 1.1
+"""Noise over the stated one from which on the noise that is seen counts [1]."""
+
 DEAD = 1e-3
 """Share of the median of its neighbours, over all lines, below which a channel may be dead [1]."""
 
@@ -485,6 +491,9 @@ def body_record(
     - raises InputError: a run without one of the channels, no run at all, or a channel that is
       dead.
 
+    The noise of accelerometers is the stated one, or what a rigid body shows from line to line
+    where that is more.
+
     Repeated lines are turned into the phase of the first, so that their mean is not left to chance:
     which pulse of the tacho is the zero mark differs from run to run, and a half order has two
     phases half a turn apart. All channels of a line turn together: no stiffness depends on it.
@@ -511,6 +520,9 @@ def body_record(
         cell_force=cell_force,
         cell_noise=_noise(cell_force, np.arange(cell_force.shape[1]) // 3, *of_force),
     )
+    seen = _noise_seen(body, record)
+    if seen > MORE_NOISE:
+        record = replace(record, acceleration_noise=seen * record.acceleration_noise)
     motion_share, force_share = _least_shares(body, tolerances)
     one_group = np.zeros(len(body.channels), dtype=int)
     points = np.repeat(np.arange(len(body.points)), [3 * len(p.cells) for p in body.points])
@@ -566,6 +578,32 @@ def _noise(
     return np.asarray(
         np.sqrt(channel_share**2 * squared + norm**2 * squared @ same_sensor + floor**2)
     )
+
+
+def _noise_seen(body: InstrumentedBody, record: BodyRecord) -> float:
+    """Noise of the accelerometers over the stated one, 0 where it does not show [1].
+
+    Second differences over lines of a run of what is not the motion of a rigid body: errors of the
+    position sheet are as smooth over the lines as the motion itself.
+    """
+    if not body.is_rigid_body or not np.all(record.acceleration_noise > 0):
+        return 0.0
+    rest = np.eye(len(body.channels)) - body.forward @ np.linalg.pinv(body.forward)
+    weights = np.array([1.0, -2.0, 1.0])
+    seen, expected = 0.0, 0.0
+    for run in dict.fromkeys(record.run.tolist()):
+        rows = np.flatnonzero(record.run == run)
+        rows = rows[np.argsort(record.frequency[rows])]
+        spacing = np.ptp(record.frequency[rows]) / max(1, rows.size - 1)
+        lag = max(1, round(APART / spacing)) if spacing else 1
+        if rows.size <= 2 * lag:
+            continue
+        three = np.stack([rows[: -2 * lag], rows[lag:-lag], rows[2 * lag :]], axis=1)
+        bent = weights @ (record.acceleration[three] @ rest.T)
+        noise = weights**2 @ (record.acceleration_noise[three] ** 2 @ rest.T**2)
+        seen += float(np.sum(np.abs(bent) ** 2 / noise))
+        expected += bent.size
+    return math.sqrt(seen / expected) if expected else 0.0
 
 
 def _refuse_dead_channels(

@@ -8,6 +8,7 @@ mount set, whatever the mounts are; alignment errors alone break them.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -99,9 +100,22 @@ class FreeBody:
         return changes
 
 
-_Equations = tuple[str, ComplexArray, ComplexArray, float, int]
-"""Group, jacobian and residual of whitened ``jacobian @ change of the parameters = residual``, the
-group's misfit, its degrees of freedom."""
+@dataclass(frozen=True, eq=False)
+class _Equations:
+    """Whitened equations ``jacobian @ change of the n parameters = residual`` of one group.
+
+    `bias` (n,): expected value of ``jacobianᴴ residual`` where the parameters are right: both
+    contain the noise of the channels, which is larger than the motion along some axes; by as much
+    of the stated noise as the last iteration's misfit shows. `squares`: sum of squares over noise
+    and rest, `freedom`: its degrees of freedom.
+    """
+
+    group: str
+    jacobian: ComplexArray
+    residual: ComplexArray
+    bias: RealArray
+    squares: float
+    freedom: int
 
 
 def self_calibrated(
@@ -190,13 +204,14 @@ def _normal_equations(
     counts: dict[str, int] = {}
     n_lines = sum(len(record) for record in records)
     for record in records:
-        blocks = _equations(alignment, record, free_body, parameters, n_lines, misfit, contradicted)
-        for group, jacobian, residual, misfit_of_group, freedom in blocks:
+        for block in _equations(
+            alignment, record, free_body, parameters, n_lines, misfit, contradicted
+        ):
             # a complex normal deviation of variance 1 has two real ones of variance 1/2
-            normal += 2 * (jacobian.conj().T @ jacobian).real
-            gradient += 2 * (jacobian.conj().T @ residual).real
-            squares[group] = squares.get(group, 0.0) + misfit_of_group * freedom
-            counts[group] = counts.get(group, 0) + freedom
+            normal += 2 * (block.jacobian.conj().T @ block.jacobian).real
+            gradient += 2 * ((block.jacobian.conj().T @ block.residual).real - block.bias)
+            squares[block.group] = squares.get(block.group, 0.0) + block.squares
+            counts[block.group] = counts.get(block.group, 0) + block.freedom
     return normal, gradient, {name: squares[name] / counts[name] for name in squares}
 
 
@@ -232,7 +247,17 @@ def _equations(
     jacobian = np.zeros((columns.shape[0] * columns.shape[1], parameters.size), dtype=complex)
     jacobian[:, : of_chain.size] = columns[:, :, :-1].reshape(len(jacobian), -1)
     squares = float(np.sum(np.abs(columns[:, :, -1]) ** 2 * expected))
-    yield RIGID_MOTION, jacobian, columns[:, :, -1].ravel(), squares / freedom, freedom
+    # E[tr(changeᴴ W P W a)] with a = noise: the trace of change @ both
+    seen = min(1.0, misfit.get(RIGID_MOTION, 0.0))
+    noise = seen * lines.acceleration_noise**2
+    both = inverse @ (
+        np.diag(np.sum(noise * white**2, axis=0))
+        - np.einsum("nc,nck,ndk,nd->cd", noise * white, basis, basis, white)
+    )
+    bias = np.zeros(parameters.size)
+    bias[: of_chain.size] = np.einsum("kcm,mc->k", alignment.forward_change, both)
+    residual = columns[:, :, -1].ravel()
+    yield _Equations(RIGID_MOTION, jacobian, residual, bias, squares, freedom)
     if free_body is None:
         return
 
@@ -247,20 +272,39 @@ def _equations(
     by_mass = np.tensordot(motion, free_body.mass_changes, axes=([1], [2]))
     change = np.concatenate([by_alignment, np.swapaxes(by_mass, 1, 2)], axis=2)
 
+    # load per channel, and its change per parameter: the noise of channels is in both
+    by_channel = mass_matrix @ inverse, to_load @ force_matrix
+    n_body = of_body.size
+    change_by_channel = (
+        np.concatenate(
+            [
+                -by_channel[0] @ alignment.forward_change @ inverse,
+                free_body.mass_changes @ inverse,
+            ]
+        ),
+        np.concatenate(
+            [
+                to_load @ alignment.force_change,
+                np.zeros((n_body, 6, lines.cell_force.shape[1])),
+            ]
+        ),
+    )
     leaks = free_body.leaks
     select = np.eye(6)
-    for (balanced, excited), size in zip(leaks, of_body[of_body.size - len(leaks) :], strict=True):
+    for (balanced, excited), size in zip(leaks, of_body[n_body - len(leaks) :], strict=True):
         select[balanced, excited] = -size
     jacobian = select @ change
+    change_by_channel = tuple(select @ each for each in change_by_channel)
     for place, (balanced, excited) in enumerate(leaks, parameters.size - len(leaks)):
         jacobian[:, balanced, place] -= load[:, excited]
+        for each, of_load in zip(change_by_channel, by_channel, strict=True):
+            each[place, balanced] -= of_load[excited]
     rows = list(free_body.balanced)
     select, jacobian = select[rows], jacobian[:, rows]
     scatter = block_diag(*[point.transfer_scatter for point in body.points])
-    noise = (
-        lines.acceleration_noise**2 @ (select @ mass_matrix @ inverse).T ** 2
-        + lines.cell_noise**2 @ (select @ to_load @ force_matrix).T ** 2
-    )
+    squared_noise = lines.acceleration_noise**2, lines.cell_noise**2
+    balances = tuple(select @ of_load for of_load in by_channel)
+    noise = squared_noise[0] @ balances[0].T ** 2 + squared_noise[1] @ balances[1].T ** 2
     rest = (
         rest @ (select @ mass_matrix @ inverse).T ** 2
         + np.abs(force) ** 2 @ (select @ to_load @ scatter).T ** 2
@@ -270,9 +314,16 @@ def _equations(
     variance = noise + n_lines * max(1.0, misfit.get(NEWTON, 1.0)) * rest + unexplained
     white = 1 / np.sqrt(variance)
     residual = -load @ select.T
+    bias = np.zeros(parameters.size)
+    seen_by_kind = seen, min(1.0, misfit.get(NEWTON, 0.0))
+    for share, n, balance, each in zip(
+        seen_by_kind, squared_noise, balances, change_by_channel, strict=True
+    ):
+        terms = each[:, rows], balance, white**2, share * n
+        bias -= np.einsum("kmc,mc,nm,nc->k", *terms, optimize=True)
     whitened = (white[:, :, np.newaxis] * jacobian).reshape(-1, parameters.size)
-    squares = float(np.mean(np.abs(residual) ** 2 / (noise + rest)))
-    yield NEWTON, whitened, (white * residual).ravel(), squares, residual.size
+    squares = float(np.sum(np.abs(residual) ** 2 / (noise + rest)))
+    yield _Equations(NEWTON, whitened, (white * residual).ravel(), bias, squares, residual.size)
 
 
 def _refuse_faults(alignment: Alignment, parameters: RealArray) -> None:

@@ -2,15 +2,16 @@
 
 Thesis, 3.6 and 3.7: blocked forces of the mounts on the bench times the noise transfer functions of
 the trimmed body. Where the body's accelerances were measured, blocked forces become the interface
-forces of powertrain and body together. Then the same with forces from response surfaces, a design
-of parts that were characterised apart, and interface forces that accelerations on the road give by
-inversion.
+forces of powertrain and body together, and the car says what the bench cannot: how strong the
+loudspeaker was, and how stiff its mounts are on the road. Then the same with forces from response
+surfaces, a design of parts that were characterised apart, and interface forces that accelerations
+on the road give by inversion.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
@@ -18,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import least_squares
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
@@ -34,7 +36,7 @@ from deboom.measurement.measured_vehicle import (
     point_noise_transfer,
     summed_over_pieces,
 )
-from deboom.measurement.path_forces import forces_by_inversion, validate_on_board
+from deboom.measurement.path_forces import PathForces, forces_by_inversion, validate_on_board
 from deboom.measurement.uncertainty import LevelSpread, level_spread
 from deboom.mounts.characterise import characterise, measuring_chains
 from deboom.mounts.characterised_mount import CharacterisedMount
@@ -43,10 +45,22 @@ from deboom.mounts.operating_map import bench_load_case
 from deboom.mounts.surface_forces import Outside, SurfaceForces, identified_surfaces, surface_forces
 from deboom.vehicles.amplitude_motion import ResolvedDesign, resolve_design
 from deboom.vehicles.booming_peaks import BoomingPeak, PressureComparison, compare_pressure
-from deboom.vehicles.coupled_motion import coupled_motion, spring_shares
+from deboom.vehicles.coupled_motion import CoupledMotion, coupled_motion, spring_shares
 from deboom.vehicles.fleet import Band, Fleet, Vehicle
 from deboom.vehicles.path_analysis import PathAnalysis, analyse_paths
 from deboom.vehicles.powertrain import Powertrain
+
+MOUNTS_ALIKE, MOUNTS_APART = 0.3, 0.05
+"""Standard deviation of the logarithm of the stiffness that mounts have in a car over that on a
+bench: of all together, by temperature and age, and of each besides [1]."""
+INDEPENDENT_LINES = 15
+"""What the lines of a band count for [1]: errors of an inversion are alike in neighbouring ones."""
+LARGEST_REST = 2.0
+"""Rms of what mounts that are softer or harder leave of forces by inversion, over the error of the
+inversion, up to which their factors are believed [1]."""
+
+COMPLEX_90 = float(np.sqrt(np.log(10)))
+"""Distance that holds 90 % of a complex normal deviation, over its standard deviation [1]."""
 
 HELD_OUT = 2
 """Of the accelerometers around a mount the one with this place, from 0, judges the forces."""
@@ -58,6 +72,7 @@ FUNCTIONS = "true forces, measured functions, against the sound through the moun
 OTHER_PATHS = "true sound through the mounts, against the microphone"
 
 ON_ROAD = "synthesised against measured"
+ON_ROAD_AS_TESTED = "synthesised without what the car says against measured"
 ON_ROAD_BLOCKED = "synthesised from blocked forces against measured"
 BY_SURFACES = "forces from surfaces against measured forces"
 BY_HAMMER = "hammer against reciprocal functions"
@@ -232,28 +247,57 @@ def parts_of(mix: str) -> dict[str, str]:
 
 
 @dataclass(frozen=True, eq=False)
+class CarFactors:
+    """What a car says of the loudspeaker in it and of its mounts; the microphone takes no part.
+
+    - `loudspeaker`: factor on the reciprocal functions of the ear, by those of the hammer [1].
+    - `mounts`: stiffness of each mount in the car over that on the bench; 1 where nothing says it
+      [1].
+    - `rest`, `inversion_error`: rms of forces by inversion less those of mounts with these factors,
+      and standard error of the inversion, over the rms of the forces; nan without an inversion [1].
+    """
+
+    loudspeaker: float
+    mounts: dict[str, float]
+    rest: float = float("nan")
+    inversion_error: float = float("nan")
+
+    @property
+    def believed(self) -> bool:
+        """Whether the factors explain the forces on the road as well as these are known."""
+        return self.rest <= LARGEST_REST * self.inversion_error
+
+
+@dataclass(frozen=True, eq=False)
 class Synthesis:
     """One vehicle with one mount set: ways to its sound, beside what its microphone heard.
 
     - `measured` (n_frequency,): pressure at the ear on the road [Pa].
     - `force`: forces on the body per piece: interface forces where the body's receptance is known,
       else the bench's blocked forces [N].
+    - `factors`: what the car says of loudspeaker and mounts, contained in `force` and `reciprocal`.
     - `reciprocal`, `hammer`: these forces times the transfer functions of either method.
-    - `comparisons`: `ON_ROAD`, synthesis against the road, and `ON_ROAD_BLOCKED` beside it where
-      the former has interface forces; `BY_SURFACES`, blocked forces from surfaces against measured
-      ones, both within the synthesis; `BY_HAMMER`.
+    - `comparisons`: `ON_ROAD`, synthesis against the road, and `ON_ROAD_AS_TESTED` without the
+      factors of the car; `ON_ROAD_BLOCKED` where the former has interface forces; `BY_SURFACES`,
+      blocked forces from surfaces against measured ones, both within the synthesis; `BY_HAMMER`,
+      with the loudspeaker as it was calibrated.
     """
 
     driven: DrivenVehicle
     measured: ComplexArray
     force: Spectrum
+    factors: CarFactors
     reciprocal: PathAnalysis
     hammer: PathAnalysis
     comparisons: dict[str, PressureComparison]
 
 
 def interface_forces(
-    vehicle: MeasuredVehicle, bench_run: LoadCase, powertrain: Powertrain, receptance: Frf
+    vehicle: MeasuredVehicle,
+    bench_run: LoadCase,
+    powertrain: Powertrain,
+    receptance: Frf,
+    factors: Mapping[str, float] | None = None,
 ) -> Spectrum:
     """Return the forces of the mounts on a body that gives way, from their forces on a bench.
 
@@ -267,6 +311,8 @@ def interface_forces(
         Mass and inertia on the bench.
     receptance : Frf
         Of the body, see `deboom.measurement.measured_vehicle.path_receptance` [m/N].
+    factors : mapping, optional
+        Mount → its stiffness in the car over that on the bench; 1 where it is left out [1].
 
     Returns
     -------
@@ -283,20 +329,92 @@ def interface_forces(
     ``g = (K⁻¹ + Y_S + Y_B)⁻¹ (K⁻¹ + Y_S) f_bl`` per line, which is
     `deboom.physics.transfer_path.force_on_moving_receiver` behind mounts: ``K⁻¹ = s/f`` with the
     rigidly fitted motion of the bench, ``Y_S = V (−ω² M)⁻¹ Vᵀ`` of the powertrain and ``−1/(ω² m)``
-    of wheel ends, the body's receptance Y_B. A mount keeps the stiffness that it had on the bench:
-    the amplitude there is nearly that in the car.
+    of wheel ends, the body's receptance Y_B. Without `factors` a mount keeps the stiffness that it
+    had on the bench: the amplitude there is nearly that in the car.
     """
-    pieces = list(receptance.inputs)
+    coupled = _coupled(vehicle, bench_run, powertrain, receptance)
+    return coupled.force(factors or {})
+
+
+@dataclass(frozen=True, eq=False)
+class _Coupled:
+    """Powertrain, mounts and body of one car in one run; pieces are the channels of forces."""
+
+    motion: CoupledMotion
+    shares: RealArray
+    pieces: tuple[str, ...]
+
+    @property
+    def mount_of_variable(self) -> tuple[str, ...]:
+        """Mount of each stiffness."""
+        return tuple(name.rsplit(" ", 1)[0] for name in self.motion.variable_names)
+
+    def force(self, factors: Mapping[str, float]) -> Spectrum:
+        """Return the forces on the body for a stiffness factor per mount [N]."""
+        design = np.array([[factors.get(mount, 1.0) for mount in self.mount_of_variable]])
+        force = self.motion.force_in(design, 0)[0] @ self.shares
+        return Spectrum(self.motion.frequency, force, self.pieces, "N")
+
+
+def _coupled(
+    vehicle: MeasuredVehicle, bench_run: LoadCase, powertrain: Powertrain, receptance: Frf
+) -> _Coupled:
+    pieces = receptance.inputs
     functions = point_noise_transfer(vehicle, Method.RECIPROCAL)
-    heard = functions.select(outputs=functions.outputs[:1], inputs=pieces)
+    heard = functions.select(outputs=functions.outputs[:1], inputs=list(pieces))
     listener = Vehicle(vehicle.name, vehicle.group, heard, receptance)
     lines = receptance.frequency
     band = float(lines[0]), float(lines[-1])
     mounts = _with_bodies(vehicle)
     motion = coupled_motion(Fleet((listener,)), mounts, powertrain, bench_run, band)
-    force = motion.force_in(np.ones((1, len(motion.variable_names))), 0)[0]
-    shares = spring_shares(mounts, pieces)
-    return Spectrum(motion.frequency, force @ shares, tuple(pieces), "N")
+    return _Coupled(motion, spring_shares(mounts, list(pieces)), tuple(pieces))
+
+
+def loudspeaker_factor(reciprocal: Frf, hammer: Frf, band: Band) -> float:
+    """Return the real factor on reciprocal functions that brings them closest to the hammer's [1].
+
+    ``Re⟨H_rec, H_dir⟩ / ⟨H_rec, H_rec⟩`` over all paths and the lines of the band: the strength of
+    a volume source is calibrated to some tenths of a decibel, a hammer to a hundredth.
+    """
+    inside = (reciprocal.frequency >= band[0]) & (reciprocal.frequency <= band[1])
+    by_source, by_hammer = reciprocal.values[inside], hammer.values[inside]
+    return float(np.vdot(by_source, by_hammer).real / np.vdot(by_source, by_source).real)
+
+
+def mount_factors(
+    coupled: _Coupled, on_road: PathForces, band: Band
+) -> tuple[dict[str, float], float, float]:
+    """Find how stiff mounts are in the car, from forces that accelerations on its body give.
+
+    - `on_road`: forces by inversion on the road, with their half widths.
+    - returns: factor per mount over its stiffness on the bench; what is left and the error of the
+      inversion, see `CarFactors` [1].
+
+    Most probable logarithms, one of all mounts and one of each besides, with normal priors of
+    `MOUNTS_ALIKE` and `MOUNTS_APART`.
+    """
+    assert on_road.inversion is not None
+    columns = np.array([on_road.force.channels.index(piece) for piece in coupled.pieces])
+    lines = coupled.motion.frequency
+    inside = (lines >= band[0]) & (lines <= band[1])
+    rows = np.searchsorted(on_road.force.frequency, lines[inside] - 1e-6)
+    measured = on_road.force.values[np.ix_(rows, columns)]
+    deviation = on_road.inversion.half_width[np.ix_(rows, columns)] / COMPLEX_90
+    mounts = tuple(dict.fromkeys(coupled.mount_of_variable))
+    weight = np.sqrt(INDEPENDENT_LINES / len(rows)) / deviation
+
+    def factors(logarithms: RealArray) -> dict[str, float]:
+        return dict(zip(mounts, np.exp(logarithms[0] + logarithms[1:]).tolist(), strict=True))
+
+    def residuals(logarithms: RealArray) -> RealArray:
+        rest = (coupled.force(factors(logarithms)).values[inside] - measured) * weight
+        prior = [logarithms[:1] / MOUNTS_ALIKE, logarithms[1:] / MOUNTS_APART]
+        return np.concatenate([rest.real.ravel(), rest.imag.ravel(), *prior])
+
+    told = factors(least_squares(residuals, np.zeros(1 + len(mounts)), x_scale=0.1).x)
+    size = np.linalg.norm(measured)
+    rest = np.linalg.norm(coupled.force(told).values[inside] - measured) / size
+    return told, float(rest), float(np.linalg.norm(deviation) / size)
 
 
 def synthesise(
@@ -306,10 +424,12 @@ def synthesise(
     listening: Listening,
     powertrain: Powertrain | None = None,
     receptance: Frf | None = None,
+    on_road: PathForces | None = None,
 ) -> Synthesis:
     """Synthesise the sound of a driven vehicle from the bench forces of its mounts.
 
-    With the body's `receptance` and the `powertrain` from interface forces, else from blocked ones.
+    With the body's `receptance` and the `powertrain` from interface forces, else from blocked ones;
+    with forces `on_road` by inversion from mounts as stiff as they are in the car.
 
     Raises
     ------
@@ -321,25 +441,35 @@ def synthesise(
     run = vehicle.run(run_name)
     measured = run.pressure.select([listening.ear]).values[:, 0]
     by_method = {method: path_noise_transfer(vehicle, method, listening.ear) for method in Method}
-    blocked = force = bench.load_case.force
+    by_loudspeaker, by_hammer = by_method[Method.RECIPROCAL], by_method[Method.DIRECT]
+    strength = loudspeaker_factor(by_loudspeaker, by_hammer, listening.band)
+    factors = CarFactors(strength, {})
+    blocked = as_tested = force = bench.load_case.force
     if powertrain is not None and receptance is not None:
-        force = interface_forces(vehicle, bench.load_case, powertrain, receptance)
-    reciprocal = _paths(vehicle, force, by_method[Method.RECIPROCAL])
-    of_blocked = _paths(vehicle, blocked, by_method[Method.RECIPROCAL])
-    hammer = _paths(vehicle, force, by_method[Method.DIRECT])
-    surfaces = _paths(vehicle, bench.modelled.load_case.force, by_method[Method.RECIPROCAL])
+        coupled = _coupled(vehicle, bench.load_case, powertrain, receptance)
+        as_tested = force = coupled.force({})
+        if on_road is not None:
+            factors = CarFactors(strength, *mount_factors(coupled, on_road, listening.band))
+            if factors.believed:
+                force = coupled.force(factors.mounts)
+    calibrated = replace(by_loudspeaker, values=strength * by_loudspeaker.values)
+    reciprocal = _paths(vehicle, force, calibrated)
+    of_blocked = _paths(vehicle, blocked, by_loudspeaker)
+    surfaces = _paths(vehicle, bench.modelled.load_case.force, by_loudspeaker)
+    hammer = _paths(vehicle, force, by_hammer)
     pairs = {
         ON_ROAD: (measured, reciprocal.pressure),
+        ON_ROAD_AS_TESTED: (measured, _paths(vehicle, as_tested, by_loudspeaker).pressure),
         BY_SURFACES: (of_blocked.pressure, surfaces.pressure),
-        BY_HAMMER: (reciprocal.pressure, hammer.pressure),
+        BY_HAMMER: (_paths(vehicle, force, by_loudspeaker).pressure, hammer.pressure),
     }
-    if force is not blocked:
+    if as_tested is not blocked:
         pairs[ON_ROAD_BLOCKED] = measured, of_blocked.pressure
     comparisons = {
         what: compare_pressure(run.pressure.frequency, run.order, *pair, listening.band)
         for what, pair in pairs.items()
     }
-    return Synthesis(driven, measured, force, reciprocal, hammer, comparisons)
+    return Synthesis(driven, measured, force, factors, reciprocal, hammer, comparisons)
 
 
 def _paths(vehicle: MeasuredVehicle, force: Spectrum, transfer: Frf) -> PathAnalysis:
@@ -472,19 +602,18 @@ class RoadAnalysis:
     errors: dict[str, float]
 
 
-def analyse_road(
-    synthesis: Synthesis, run_name: str, bench: BenchSet, listening: Listening
-) -> RoadAnalysis:
-    """Analyse a driven vehicle whose accelerometers were recorded under the hammer.
+def road_forces(
+    vehicle: MeasuredVehicle, run_name: str, accelerance: Frf
+) -> tuple[PathForces, RealArray]:
+    """Return forces by inversion on the road, and the error of the sensors that judge them.
 
-    Raises
-    ------
-    InputError
-        Accelerometers that the hammer test lacks, or too few; see `deboom.measurement.path_forces`.
+    - `accelerance`: `path_accelerance` of the same car, under the hammer once for all mount sets.
+    - returns: the forces, and the error (n_frequency,) of accelerations which took no part, nan
+      without any [1].
+    - raises InputError: accelerometers that the hammer test lacks, or too few; see
+      `deboom.measurement.path_forces`.
     """
-    vehicle, truth = synthesis.driven.vehicle, synthesis.driven.truth
     run = vehicle.run(run_name)
-    accelerance = path_accelerance(vehicle)
     kept_out = [
         name
         for sensors in vehicle.body_sensors.values()
@@ -493,8 +622,28 @@ def analyse_road(
     ]
     used = [name for name in accelerance.outputs if name not in kept_out]
     forces = forces_by_inversion(accelerance.select(outputs=used), run.acceleration)
+    if not kept_out:
+        return forces, np.full(run.pressure.frequency.size, np.nan)
     on_board = validate_on_board(accelerance.select(outputs=kept_out), forces, run.acceleration)
+    return forces, on_board.error_by_line
+
+
+def analyse_road(
+    synthesis: Synthesis,
+    run_name: str,
+    bench: BenchSet,
+    listening: Listening,
+    forces: PathForces,
+    held_out_error: RealArray,
+) -> RoadAnalysis:
+    """Analyse a driven vehicle whose accelerometers were recorded under the hammer.
+
+    - `forces`, `held_out_error`: from `road_forces`.
+    """
+    vehicle, truth = synthesis.driven.vehicle, synthesis.driven.truth
+    run = vehicle.run(run_name)
     points = point_noise_transfer(vehicle, Method.RECIPROCAL).select(outputs=[listening.ear])
+    points = replace(points, values=synthesis.factors.loudspeaker * points.values)
     lines, band = run.pressure.frequency, listening.band
 
     def heard(transfer: Frf, force: Spectrum) -> ComplexArray:
@@ -519,13 +668,12 @@ def analyse_road(
     if forces.inversion is not None:
         condition = float(forces.inversion.condition_number.max())
     causes = {what: compare_pressure(lines, run.order, *pair, band) for what, pair in pairs.items()}
-    held_out = on_board.error_by_line if kept_out else np.nan
     errors = {
         "forces by inversion, rms error [%]": 100 * force_error,
         "bench forces, rms error [%]": 100 * blocked_error,
         "interface forces, rms error [%]": 100 * interface_error,
         "largest condition number [1]": condition,
-        "held-out accelerometers, median error [%]": 100 * float(np.median(held_out)),
+        "held-out accelerometers, median error [%]": 100 * float(np.median(held_out_error)),
     }
     return RoadAnalysis(synthesis, {EVERYTHING: synthesis.comparisons[ON_ROAD]} | causes, errors)
 
@@ -596,7 +744,7 @@ class Validation:
         """What is compared, vehicle and mount set as a table names them, and the comparison."""
         rows = [
             ({"comparison": what} | synthesis.driven.columns, synthesis.comparisons[what])
-            for what in (ON_ROAD, ON_ROAD_BLOCKED, BY_SURFACES, BY_HAMMER)
+            for what in (ON_ROAD, ON_ROAD_AS_TESTED, ON_ROAD_BLOCKED, BY_SURFACES, BY_HAMMER)
             for synthesis in self.syntheses
             if what in synthesis.comparisons
         ]
@@ -624,23 +772,24 @@ def validate(data: DrivenVehicles, listening: Listening) -> Validation:
         Data that do not fit together.
     """
     run, sets = data.run, data.sets
-    bodies = {
-        car.vehicle.name: path_receptance(car.vehicle)
+    struck = {
+        car.vehicle.name: (path_receptance(car.vehicle), path_accelerance(car.vehicle))
         for car in data.driven
         if car.vehicle.accelerance is not None
     }
     powertrain = data.powertrain
-    syntheses = tuple(
-        synthesise(
-            car, run, sets[car.mount_set], listening, powertrain, bodies.get(car.vehicle.name)
-        )
-        for car in data.driven
-    )
-    roads = tuple(
-        analyse_road(synthesis, run, sets[synthesis.driven.mount_set], listening)
-        for synthesis in syntheses
-        if synthesis.driven.vehicle.accelerance is not None
-    )
+    syntheses, roads = [], []
+    for car in data.driven:
+        vehicle, bench = car.vehicle, sets[car.mount_set]
+        if vehicle.name not in struck:
+            syntheses.append(synthesise(car, run, bench, listening))
+            continue
+        receptance, accelerance = struck[vehicle.name]
+        forces, held_out_error = road_forces(vehicle, run, accelerance)
+        synthesis = synthesise(car, run, bench, listening, powertrain, receptance, forces)
+        syntheses.append(synthesis)
+        if vehicle.accelerance is not None:
+            roads.append(analyse_road(synthesis, run, bench, listening, forces, held_out_error))
     first = {each.driven.vehicle.name: each for each in reversed(syntheses)}
     first |= {r.synthesis.driven.vehicle.name: r.synthesis for r in reversed(roads)}
     shown = tuple(first[driven.vehicle.name] for driven in data.vehicles)
@@ -650,7 +799,9 @@ def validate(data: DrivenVehicles, listening: Listening) -> Validation:
     except InputError as error:
         complaint = str(error)
     design = _virtual_design(data, listening)
-    return Validation(data, listening, syntheses, design, roads, shown, modes, complaint)
+    return Validation(
+        data, listening, tuple(syntheses), design, tuple(roads), shown, modes, complaint
+    )
 
 
 def _virtual_design(data: DrivenVehicles, listening: Listening) -> VirtualDesign | None:
@@ -723,6 +874,24 @@ def cause_table(result: Validation) -> pd.DataFrame:
         {"what is compared": what} | road.synthesis.driven.columns | _criteria(comparison)
         for road in result.roads
         for what, comparison in road.causes.items()
+    )
+
+
+def factor_table(result: Validation) -> pd.DataFrame:
+    """One row per vehicle and mount set: what the car says of its loudspeaker and its mounts."""
+    return pd.DataFrame(
+        {
+            **synthesis.driven.columns,
+            "loudspeaker [dB]": 20 * np.log10(synthesis.factors.loudspeaker),
+            **{
+                f"{mount} in the car over bench [1]": factor
+                for mount, factor in synthesis.factors.mounts.items()
+            },
+            "left of forces by inversion [%]": 100 * synthesis.factors.rest,
+            "error of the inversion [%]": 100 * synthesis.factors.inversion_error,
+            "taken over": synthesis.factors.believed,
+        }
+        for synthesis in result.syntheses
     )
 
 

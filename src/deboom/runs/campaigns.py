@@ -249,20 +249,29 @@ def given_vehicles(
 
 
 def virtual_vehicles(
-    seed: int, n_vehicles: int, n_sets: int, run: str, progress: Progress
+    seed: int,
+    n_vehicles: int,
+    n_sets: int,
+    run: str,
+    progress: Progress,
+    *,
+    truth_seed: int = 1,
+    family: str = "",
 ) -> DrivenVehicles:
     """Measure mount sets on the virtual bench, drive them in virtual cars, and keep no files.
 
-    - `seed`: of all errors, from 1; seed 1 takes the frozen fleet.
+    - `seed`: of all errors, from 1.
     - `n_vehicles`, `n_sets`: vehicles of one group, and mount sets ``M1``, ``M2``, …; every vehicle
       drives with every set. The bench measures a mix of the sets as well.
     - `run`: such as ``g5_wot220``.
+    - `truth_seed`: of powertrain, mounts and bodies, 1 for the frozen ones.
+    - `family`: bodies, rubber and laboratory, see `deboom.bench.families.draw_family`.
     - raises InputError: more vehicles than the group has, fewer than two mount sets, an unknown
-      run, a seed below 1.
+      run or family, a seed below 1.
     """
     if seed < 1:
         raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
-    names = [name for name in load_fleet(seed).bodies if name.startswith(f"{VIRTUAL_GROUP}-")]
+    names = [name for name in load_fleet(truth_seed).bodies if name.startswith(f"{VIRTUAL_GROUP}-")]
     if not 1 <= n_vehicles <= len(names):
         raise InputError(f"{n_vehicles} vehicles: group {VIRTUAL_GROUP} has 1 to {len(names)}")
     if n_sets < 2:
@@ -271,7 +280,8 @@ def virtual_vehicles(
     if plan is None:
         raise InputError(f"there is no run '{run}', use {[plan.name for plan in LOAD_CASES]}")
     sets = [f"M{k}" for k in range(1, n_sets + 1)]
-    mounts = load_bench().mounts
+    truth, drawn = load_bench(truth_seed), draw_family(family, seed, truth_seed)
+    mounts = truth.mounts
     mix = "-".join(f"{mount.name}{1 + k % n_sets}" for k, mount in enumerate(mounts))
     on_bench = n_sets + 1
     total = 2 * on_bench + n_vehicles * n_sets
@@ -282,7 +292,8 @@ def virtual_vehicles(
     with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
         folder = Path(temporary)
         progress(0, total, "mounts on the bench")
-        write_campaign(folder / "bench", seed, training_plan(*sets, mix))
+        runs = training_plan(*sets, mix)
+        write_campaign(folder / "bench", seed, runs, bench=truth, family=drawn)
         campaign = read_campaign(folder / "bench")
         benches = bench_sets(campaign, plan.gear, plan.torque, characterising)
         driven = []
@@ -291,7 +302,16 @@ def virtual_vehicles(
                 progress(2 * on_bench + number * n_sets + place, total, f"{name} with {parts}")
                 car = folder / f"{name}_{parts}"
                 struck = place == number % n_sets  # accelerances are large: with one set only
-                write_vehicle(car, seed, name, parts, load_cases=(plan,), accelerance=struck)
+                write_vehicle(
+                    car,
+                    seed,
+                    name,
+                    parts,
+                    load_cases=(plan,),
+                    accelerance=struck,
+                    truth_seed=truth_seed,
+                    family=family,
+                )
                 driven.append(_driven(car, run, parts))
     progress(total, total, "")
     return DrivenVehicles(campaign, run, benches, tuple(driven))

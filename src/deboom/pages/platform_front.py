@@ -136,10 +136,10 @@ class PlatformFront:
         )
 
     @property
-    def expected_of_best(self) -> ExpectedChange | None:
-        """What is expected of best-mean, arrays of one row; None where nothing is."""
+    def expected_of_best(self) -> ExpectedChange | str:
+        """What is expected of best-mean; or why nothing is."""
         if isinstance(self.expected, str):
-            return None
+            return self.expected
         return self.expected.of(list(self.front.pick_designs).index(Pick.best_mean))
 
     @property

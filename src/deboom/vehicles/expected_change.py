@@ -71,6 +71,7 @@ class ExpectedChange:
     - `mean`, `worst`: mean of the vehicles, and the vehicle that gains least, (n,) [dB].
     - `peaks`: loudest line of the first load case, in each vehicle, (n, v) [dB]. Without
       receptances its expected value says little: state the bounds alone.
+    - `predicted`: `cars` as the model of the data has it, (n, v) [dB].
     """
 
     information: Information
@@ -78,11 +79,14 @@ class ExpectedChange:
     mean: Interval
     worst: Interval
     peaks: Interval
+    predicted: RealArray
 
     def of(self, pick: int) -> ExpectedChange:
         """Return what is expected of one pick, by its row."""
-        parts = (self.cars, self.mean, self.worst, self.peaks)
-        return ExpectedChange(self.information, *(part.of(pick) for part in parts))
+        cars, mean, worst, peaks = (
+            part.of(pick) for part in (self.cars, self.mean, self.worst, self.peaks)
+        )
+        return ExpectedChange(self.information, cars, mean, worst, peaks, self.predicted[pick])
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,6 +201,7 @@ def stated(draws: ChangeDraws, weights: RealArray | None = None) -> ExpectedChan
         peaks=interval(
             draws.predicted_peak, draws.drawn_peak, prior.PEAK_CENTRE, prior.PEAK_WIDTH[key]
         ),
+        predicted=draws.predicted,
     )
 
 

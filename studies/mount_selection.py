@@ -46,9 +46,8 @@ from deboom.mounts.mount import Mount
 from deboom.mounts.surface_forces import Outside
 from deboom.pages.front import report_front
 from deboom.pages.front_answer import (
-    EXPECTED,
     abbreviations,
-    expected_cells,
+    expected_column,
     expected_numbers,
     expected_on_average,
     expected_sentence,
@@ -378,8 +377,7 @@ def _panels(report: Report, chosen: _Selection, name_of_run: str) -> None:
     promised: dict[str, object] = {}
     gains = {}
     for what, effect in effects.items():
-        if not isinstance(effect.expected, str):
-            promised[f"{what}, {EXPECTED}"] = expected_cells(effect.expected, range(len(names)))
+        promised |= expected_column(effect.expected, range(len(names)), f"{what}, ")
         gains[f"{what}, in the model [dB]"] = heard.splv_change(effect.design)
     each = pd.DataFrame({"vehicle": names, **loud, **promised, **gains})
     report.panel(

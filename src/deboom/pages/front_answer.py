@@ -79,7 +79,7 @@ def vehicle_table(
         "today [dB(A)]": before[rows].tolist(),
         "after [dB(A)]": after[rows].tolist(),
         "change [dB]": (after - before)[rows].tolist(),
-        EXPECTED: expected_cells(expected, rows),
+        **expected_column(expected, rows),
         "loudest peak [dB(A)]": [_loudest(changes[fleet.vehicles[row]]) for row in rows],
         "worst peak [dB]": [_worst(changes[fleet.vehicles[row]]) for row in rows],
         "cars in target [%]": share[rows].tolist(),
@@ -88,12 +88,11 @@ def vehicle_table(
     if len(fleet.vehicles) > 1:
         whose = "mean" if fleet.weights is None else "weighted mean"
         levels = (float(fleet.mean(each)) for each in (before, after, after - before))
-        of_mean = "" if isinstance(expected, str) else _cell(expected.mean)
-        means = (whose, *levels, of_mean, "", "", float(fleet.mean(share)), None)
+        of_mean = [] if isinstance(expected, str) else [_cell(expected.mean)]
+        means = (whose, *levels, *of_mean, "", "", float(fleet.mean(share)), None)
         for column, value in zip(table, means, strict=True):
             table[column].append(value)
-    frame = pd.DataFrame(table)
-    return frame.drop(columns=EXPECTED) if isinstance(expected, str) else frame
+    return pd.DataFrame(table)
 
 
 def weights_sentence(fleet: FleetFront) -> str:
@@ -112,11 +111,16 @@ VEHICLE_DECIMALS = {"change [dB]": 1, "cars in target [%]": 1}
 """Of the columns of `vehicle_table` that their units do not decide."""
 
 
-def expected_cells(expected: ExpectedChange | str, rows: Iterable[int]) -> list[object]:
-    """Write what is expected of a design in some vehicles, by their rows, for a column [dB]."""
+def expected_column(
+    expected: ExpectedChange | str, rows: Iterable[int], of: str = ""
+) -> dict[str, list[object]]:
+    """Return a column with what is expected in some vehicles, by their rows; or none.
+
+    - `of`: what changes, before the column's name.
+    """
     if isinstance(expected, str):
-        return ["–" for _ in rows]
-    return [_cell(expected.cars.of(row)) for row in rows]
+        return {}
+    return {f"{of}{EXPECTED}": [_cell(expected.cars.of(row)) for row in rows]}
 
 
 def _cell(interval: Interval) -> str:

@@ -556,7 +556,7 @@ def _answer(
     report.panel(
         f"Hear {fleet.vehicles[row]}, the loudest today",
         *sounds,
-        f"Run-up of the first order; full scale {scale:.2g} Pa in both. Use headphones.",
+        f"Run-up of the model, first order; full scale {scale:.2g} Pa in both. Use headphones.",
     )
     report.panel(
         "What to do next",

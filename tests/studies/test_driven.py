@@ -159,6 +159,7 @@ def test_every_vehicle_sounds_as_loud_as_the_model_says(folder):
     model = compared_run(folder, STUDIES).model
     index = model.evaluate
     assert len(sounds) == 2 * len(index.response_names)
+    assert stated["heard"].startswith("the model")
     rate, signal = wavfile.read(folder / "listen" / "U06-2 today.wav")
     heard = np.abs(hilbert(signal)) / 32767 * stated["full_scale_Pa"]
     line = int(np.argmax(np.abs(index.pressure(model.space.nominal[None, :])[0, 1, 20:-20]))) + 20

@@ -350,7 +350,8 @@ def _sound(report: Report, view: PlatformFront) -> None:
     report.panel(
         f"Hear {view.fleet.vehicles[loudest]}, the loudest today",
         *sounds,
-        f"Run-up, {view.load_case.title}; full scale {scale:.2g} Pa in both. Use headphones.",
+        f"Run-up of the model, {view.load_case.title}; full scale {scale:.2g} Pa in both. Use "
+        "headphones.",
     )
 
 

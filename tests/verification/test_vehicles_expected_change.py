@@ -20,6 +20,7 @@ from deboom.vehicles.expected_change import (
     change_draws,
     expected_change,
     expected_or_why,
+    half_width_of_others,
     stated,
 )
 from deboom.vehicles.fleet import Fleet
@@ -190,6 +191,15 @@ def test_a_pick_that_changes_nothing_has_an_interval_about_nothing(platform):
     half = prior.WIDTH["receptances"] * prior.FLOOR
     np.testing.assert_allclose(shown.cars.high, half, atol=1e-9)
     np.testing.assert_allclose(shown.cars.low, -half, atol=1e-9)
+
+
+def test_a_group_of_vehicles_tells_by_how_much_the_mean_of_others_may_differ():
+    # t(0.95, 1) = 6.3138 (any table), s = 1/sqrt(2), two vehicles
+    assert half_width_of_others(np.array([-3.0, -2.0])) == pytest.approx(6.3138 * 0.5, rel=1e-4)
+    assert np.isnan(half_width_of_others(np.array([-3.0])))
+    five = np.random.default_rng(1).normal(-2.0, 0.7, (2000, 5))
+    held = [abs(each.mean() + 2.0) <= half_width_of_others(each) for each in five]
+    assert np.mean(held) == pytest.approx(0.9, abs=0.02)
 
 
 def test_nothing_is_expected_where_nothing_was_judged(platform, at_rest):

@@ -12,6 +12,8 @@ from deboom.bench.platform_writer import write_platform
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.files.uncertain_index import uncertain_index
+from deboom.pages.front_answer import expected_sentence, report_expected
+from deboom.report import Report
 from deboom.vehicles import change_prior as prior
 from deboom.vehicles import expected_change as expected
 from deboom.vehicles.booming_model import CatalogueModel, Motion, booming_model
@@ -174,6 +176,17 @@ def test_more_information_narrows_and_the_seed_decides(platform):
         assert np.all(shown.mean.high - shown.mean.low < (cars.high - cars.low).max(axis=1))
         assert np.all(shown.worst.expected >= shown.mean.expected)
         widths.append(np.mean(cars.high[0] - cars.low[0]))
+        words, told = expected_sentence(shown.of(0), -2.0), information is Information.receptances
+        assert ("The loudest line of a car is expected to change by" in words) == told
+        assert ("The loudest line of a car may change by" in words) != told
+        report = Report("cars", "what is expected?")
+        report_expected(report, shown, ["first", "second"], group.names)
+        table = report.tables["expected"].set_index(["design", "vehicle"])
+        assert ("loudest line, expected [dB]" in table) == told
+        row = table.loc[("second", group.names[3])]
+        assert row["change, to [dB]"] == cars.high[1, 3]
+        assert row["loudest line, from [dB]"] == shown.peaks.low[1, 3]
+        assert row["change in the model [dB]"] == shown.predicted[1, 3]
     assert widths[0] > widths[2]
     first, other, same = (
         change_draws(model, again, at_rest, platform.mounts, PICKS, seed=seed).drawn

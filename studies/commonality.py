@@ -310,10 +310,14 @@ def _shared(model: Model, options: Options, progress: Progress) -> _Shared:
 
 def _expected(model: Model, designs: RealArray, seed: int) -> ExpectedChange | str:
     """State what is expected of designs (v, k), one for each vehicle; or why nothing is."""
-    uncertain = uncertain_index(model.index, model.runs.platform, model.runs.parts)
+    index, runs = model.index, model.runs
     return expected_or_why(
-        model.index,
-        lambda: uncertain.expected_change(designs[np.newaxis], seed=seed).of(0),
+        index,
+        lambda: (
+            uncertain_index(index, runs.platform, runs.parts)
+            .expected_change(designs[np.newaxis], seed=seed)
+            .of(0)
+        ),
     )
 
 

@@ -190,7 +190,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 
 
 @dataclass(frozen=True, eq=False)
-class Effect:
+class _Effect:
     """What a design does: its change of the mean level in the model [dB], and what is expected."""
 
     design: RealArray
@@ -257,7 +257,7 @@ class _Selection:
         return dict(zip(self.picks["design"], self.picks["change [dB]"], strict=True))
 
     @property
-    def effects(self) -> dict[str, Effect]:
+    def effects(self) -> dict[str, _Effect]:
         """What parts as they are do, if known, and re-tuned ones."""
         retuned = {f"parts{self.retuned}": self._effect(Pick.best_mean, self.best)}
         if self.set_front is None:
@@ -265,8 +265,8 @@ class _Selection:
         quietest = self.set_front.designs[0]
         return {"parts as they are": self._effect(QUIETEST, quietest)} | retuned
 
-    def _effect(self, name: str, design: RealArray) -> Effect:
-        return Effect(design, float(self.change[name]), self.expected_of(name))
+    def _effect(self, name: str, design: RealArray) -> _Effect:
+        return _Effect(design, float(self.change[name]), self.expected_of(name))
 
     @property
     def is_heard(self) -> bool:

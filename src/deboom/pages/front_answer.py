@@ -197,7 +197,7 @@ KNOWN_OF_BODIES = {
 def expected_on_average(expected: ExpectedChange | str, predicted: float) -> str:
     """Write the mean change that a verdict states: the expected one, else the model's [dB]."""
     if isinstance(expected, str):
-        return f"{signed(predicted, 1)} dB on average"
+        return f"{signed(predicted, 1)} dB on average in the model"
     mean = expected.mean
     return f"{signed(float(mean.expected), 1)} dB expected on average ({_ends(mean)})"
 

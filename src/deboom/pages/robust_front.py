@@ -135,7 +135,9 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         report.tile(f"{view.front.variables[column]} × {best[column]:.2f}", "of today's stiffness")
     expected = view.expected_of_best
     if isinstance(expected, str):
-        report.tile(f"{signed(mean, 1)} dB", "at the driver's ear, mean of vehicles and lines")
+        report.tile(
+            f"{signed(mean, 1)} dB", "in the model at the driver's ear, mean of vehicles and lines"
+        )
     else:
         report.tile(
             f"{signed(float(expected.mean.expected), 1)} dB",

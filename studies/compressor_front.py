@@ -597,7 +597,7 @@ def _answer_in_words(view: MountFront) -> tuple[str, str, str]:
     change = float(fleet.mean(after - before))
     return (
         f"{moves[0].upper()}{moves[1:]} of today's stiffness: {top}{peaks_sentence(fleet, best)}; "
-        f"{signed(change, 1)} dB on average of what is heard.",
+        f"{signed(change, 1)} dB on average of what is heard, in the model.",
         f"{_louder_peak(view, before)}{expected_sentence(UNEXPECTED, change)}",
         "In averages, lines below the threshold of hearing (ISO 226) count with the level of the "
         "threshold. Peaks count with their own level. Stiffness: |K| at "

@@ -363,7 +363,7 @@ def _answer_in_words(chosen: _Selection) -> tuple[str, ...]:
         expected_sentence(chosen.expected_of(Pick.best_mean), float(chosen.change[Pick.best_mean])),
         f"Mean level at the driver's ear of {len(front.responses)} vehicles, verified with "
         f"{front.judge.n_samples} draws that the search has not seen. From drive to drive nobody "
-        f"hears a difference below about {HEARD:g} dB. Best-mean: "
+        f"hears a difference below about {HEARD:g} dB. Best-mean in the model: "
         f"{peaks_sentence(chosen.heard, chosen.best)}.",
         weights_sentence(chosen.heard) + abbreviations(chosen.model.runs.platform.mounts),
     )

@@ -11,7 +11,9 @@ Keys of summary.json: part_numbers_min, part_numbers_lower_bound (fewer are impo
 part_numbers_own (nothing shared); price_db, price_worst_db, price_worst_vehicle (level above
 mounts of its own, mean over the vehicles and worst); one_set_price_worst_db (one set for all);
 group_sets_part_numbers, group_sets_price_worst_db (one set per group);
-change_db_per_line_mean (against today's mounts); share_verified_min (of the cars of a vehicle
+change_db_per_line_mean (against today's mounts); expected_change_db_<vehicle>,
+expected_change_db_mean, expected_change_db_worst, the same with _low and _high (shared mounts in
+cars as they are, 90 %); share_verified_min (of the cars of a vehicle
 within its limit); surface_difference_at_peaks_db (library against spectra).
 """
 
@@ -43,7 +45,15 @@ from deboom.explore.sharing import (
     separate_optima,
 )
 from deboom.explore.space import DesignSpace, responses
-from deboom.pages.front_answer import abbreviations
+from deboom.files.uncertain_index import uncertain_index
+from deboom.pages.front_answer import (
+    abbreviations,
+    expected_column,
+    expected_numbers,
+    expected_on_average,
+    expected_sentence,
+    report_expected,
+)
 from deboom.pages.motion import motion_report, report_runs
 from deboom.plot.style import mount_of, signed
 from deboom.progress import progress_bar
@@ -53,6 +63,7 @@ from deboom.runs.options import Bounds, Seed, Tolerance, at_least
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.result import RunContext, run_name
 from deboom.vehicles.design_factor import factor_space
+from deboom.vehicles.expected_change import ExpectedChange, expected_or_why
 from deboom.vehicles.limits import MeanLevel, ScatteredLevel
 from deboom.vehicles.platform import Runs
 
@@ -170,13 +181,17 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     _panels(report, shared, run_name(context, "commonality"))
     _sharing_section(report, shared)
     _price_section(report, shared)
+    report_expected(report, shared.expected, ["shared"], model.vehicles)
     report_runs(report, model.runs)
     return report
 
 
 @dataclass(frozen=True, eq=False)
 class _Shared:
-    """Own optima and sharings by count; margin and share of cars kept of each vehicle, (v,)."""
+    """Own optima and sharings by count; margin and share of cars kept of each vehicle, (v,).
+
+    - `expected`: what is expected of the fewest part numbers against today's; or why nothing is.
+    """
 
     problem: SharingProblem
     optima: SeparateOptima
@@ -188,6 +203,7 @@ class _Shared:
     shares: RealArray
     silent: tuple[str, ...]
     today: RealArray
+    expected: ExpectedChange | str
 
     def price(self, design: SharedDesign) -> RealArray:
         """Return what sharing costs each vehicle against mounts of its own, shape (v,) [dB]."""
@@ -288,6 +304,20 @@ def _shared(model: Model, options: Options, progress: Progress) -> _Shared:
         shares=kept,
         silent=silent,
         today=today,
+        expected=_expected(model, sharing.fewest.designs, seed),
+    )
+
+
+def _expected(model: Model, designs: RealArray, seed: int) -> ExpectedChange | str:
+    """State what is expected of designs (v, k), one for each vehicle; or why nothing is."""
+    index, runs = model.index, model.runs
+    return expected_or_why(
+        index,
+        lambda: (
+            uncertain_index(index, runs.platform, runs.parts)
+            .expected_change(designs[np.newaxis], seed=seed)
+            .of(0)
+        ),
     )
 
 
@@ -300,7 +330,12 @@ def _tiles(report: Report, shared: _Shared, options: Options) -> None:
     )
     report.tile(f"{signed(float(price.mean()), 1)} dB", "mean price of sharing")
     report.tile(f"{signed(float(price.max()), 1)} dB", f"for {shared.dearest}, the worst")
-    report.tile(f"{signed(float(shared.change.mean()), 1)} dB", "mean change against today")
+    change, expected = float(shared.change.mean()), shared.expected
+    if not isinstance(expected, str):
+        report.tile(
+            f"{signed(float(expected.mean.expected), 1)} dB", "expected mean change against today"
+        )
+    report.tile(f"{signed(change, 1)} dB", "mean change against today, in the model")
     short = [
         f"{name} ({PERCENT * share:.1f} %)"
         for name, share in zip(shared.problem.vehicles, shared.shares, strict=True)
@@ -327,6 +362,7 @@ def _summary(shared: _Shared) -> dict[str, Any]:
         "one_set_price_worst_db": shared.one_set_price,
         "change_db_per_line_mean": float(shared.change.mean()),
         "share_verified_min": float(shared.shares.min()),
+        **expected_numbers(shared.expected, shared.problem.vehicles),
     }
     if shared.by_group is not None:
         summary["group_sets_part_numbers"] = shared.by_group.sharing.total
@@ -336,16 +372,16 @@ def _summary(shared: _Shared) -> dict[str, Any]:
 
 def _answer(report: Report, shared: _Shared, limits_in_words: str, names: str) -> None:
     """Say how many part numbers serve all vehicles, and at which price."""
-    price = shared.price_of_fewest
+    price, change = shared.price_of_fewest, float(shared.change.mean())
     report.answer(
         f"{shared.fewest.sharing.total} part numbers serve all {len(shared.problem.vehicles)} "
         f"vehicles (one set for all would be {shared.n_set}, one per vehicle "
-        f"{shared.n_unshared}): sharing costs {float(price.mean()):.1f} dB on average and "
+        f"{shared.n_unshared}): {expected_on_average(shared.expected, change)} against today's "
+        f"mounts; in the model sharing costs {float(price.mean()):.1f} dB on average and "
         f"{float(price.max()):.1f} dB in {shared.dearest}, the worst.",
-        f"Against today's mounts the mean level changes by "
-        f"{signed(float(shared.change.mean()), 1)} dB; "
-        f"{PERCENT * float(shared.shares.min()):.0f} % or more of the cars of every vehicle keep "
-        f"{limits_in_words}. One set for all would cost the worst vehicle "
+        expected_sentence(shared.expected, change),
+        f"In the model, {PERCENT * float(shared.shares.min()):.0f} % or more of the cars of every "
+        f"vehicle keep {limits_in_words}. One set for all would cost the worst vehicle "
         f"{shared.one_set_price:.1f} dB.",
         names,
     )
@@ -354,20 +390,21 @@ def _answer(report: Report, shared: _Shared, limits_in_words: str, names: str) -
 def _panels(report: Report, shared: _Shared, name_of_run: str) -> None:
     """Show each vehicle, what each count costs, and what to do next."""
     price, n_vehicles = shared.price_of_fewest, len(shared.problem.vehicles)
-    each = shared.letters.assign(
-        **{
-            "today [dB(A)]": shared.today,
-            "shared [dB(A)]": shared.fewest.levels,
-            "change [dB]": shared.change,
-            "price of sharing [dB]": price,
-            "cars in limit [%]": PERCENT * shared.shares,
-        }
-    )
+    columns = {
+        "today [dB(A)]": shared.today,
+        "shared [dB(A)]": shared.fewest.levels,
+        **expected_column(shared.expected, range(n_vehicles)),
+        "change [dB]": shared.change,
+        "price of sharing [dB]": price,
+        "cars in limit [%]": PERCENT * shared.shares,
+    }
+    each = pd.concat([shared.letters, pd.DataFrame(columns)], axis=1)
     shown = np.sort(np.argsort(-price, kind="stable")[:MOST_VEHICLES])
     report.panel(
         "Each vehicle",
         Table(each.iloc[shown], "", {"change [dB]": 1, "price of sharing [dB]": 2}),
-        "A letter is a part number of the mount in that column; vehicles with one letter share it."
+        "A letter is a part number of the mount in that column; vehicles with one letter share it. "
+        "Levels, change and price are the model's."
         + ("" if len(shown) == n_vehicles else f" The {len(shown)} that pay most."),
         wide=True,
     )

@@ -52,6 +52,7 @@ from deboom.files.design_limits import load_limits, read_level_limits
 from deboom.pages.front import report_front, report_heard
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,
+    expected_sentence,
     mean_levels,
     peaks_sentence,
     run_up_sounds,
@@ -103,6 +104,10 @@ TRIED = 11
 TILES = 2
 """Stiffnesses that the page begins with: those that matter most."""
 PLACES = "places"
+UNEXPECTED = (
+    "no expected change, because intervals were judged in cars with a powertrain alone; "
+    "docs/validation.md compares the model with exact cars that have a compressor"
+)
 
 
 class Parts(Enum):
@@ -551,7 +556,7 @@ def _answer(
     report.panel(
         f"Hear {fleet.vehicles[row]}, the loudest today",
         *sounds,
-        f"Run-up of the first order; full scale {scale:.2g} Pa in both. Use headphones.",
+        f"Run-up of the model, first order; full scale {scale:.2g} Pa in both. Use headphones.",
     )
     report.panel(
         "What to do next",
@@ -589,12 +594,11 @@ def _answer_in_words(view: MountFront) -> tuple[str, str, str]:
         if falls
         else ""
     )
-    change = signed(float(fleet.mean(after - before)), 1)
+    change = float(fleet.mean(after - before))
     return (
         f"{moves[0].upper()}{moves[1:]} of today's stiffness: {top}{peaks_sentence(fleet, best)}; "
-        f"{change} dB on average of what is heard.",
-        f"{_louder_peak(view, before)}How sure: the model is compared with exact cars in "
-        "docs/validation.md; no interval is known for a compressor.",
+        f"{signed(change, 1)} dB on average of what is heard, in the model.",
+        f"{_louder_peak(view, before)}{expected_sentence(UNEXPECTED, change)}",
         "In averages, lines below the threshold of hearing (ISO 226) count with the level of the "
         "threshold. Peaks count with their own level. Stiffness: |K| at "
         f"{view.model.reference_line:g} Hz. {weights_sentence(fleet)}Pressures: "

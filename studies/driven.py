@@ -1,18 +1,21 @@
-"""Compare a driven prototype with its prediction, for each vehicle and booming peak.
+"""Compare a driven prototype with what was expected of it, for each vehicle and booming peak.
 
 FOLDER has one table per drive (csv, xlsx or mat): today*.csv with today's parts, new*.csv with the
 new parts. The columns are frequency [Hz] and, for each vehicle, <vehicle> real [Pa] and <vehicle>
 imag [Pa]: the complex peak amplitude of the order at the driver's ear, in the first load case of
 the run. Two or more drives of a state show how certain the measured change is.
 
-Keys of summary.json: n_peaks (booming peaks that were measured with today's parts),
-n_as_predicted, n_not_decided (all peaks if each state has a single drive, else 0);
-measured_change_db, predicted_change_db (means over the peaks).
+Keys of summary.json: n_as_expected (vehicles whose mean level changed as expected);
+measured_mean_change_db (of the mean level, mean of the vehicles); expected_change_db_<vehicle>,
+expected_change_db_mean, expected_change_db_worst, the same with _low and _high (90 %); n_peaks
+(booming peaks that were measured with today's parts), n_as_predicted, n_not_decided (all peaks if
+each state has a single drive, else 0); measured_change_db, predicted_change_db (means over the
+peaks, predicted by the model).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -27,18 +30,25 @@ from deboom.errors import InputError
 from deboom.files.front_run import SupplierStudy, design_name
 from deboom.files.function_table import TABLE_ENDINGS, read_function_table
 from deboom.files.uncertain_index import uncertain_index
+from deboom.pages.front_answer import (
+    expected_numbers,
+    expected_on_average,
+    expected_sentence,
+)
 from deboom.physics.sound_level import spl
 from deboom.plot.style import signed
 from deboom.report import Report, Step, Table
 from deboom.runs.options import StudiesFolder
 from deboom.runs.rebuilt import supplier_study
 from deboom.vehicles.booming_peaks import TOLERANCE, booming_peaks
+from deboom.vehicles.expected_change import ExpectedChange, expected_or_why
 
-QUESTION = "Did the prototype do what was predicted, at every booming peak?"
+QUESTION = "Did the prototype do what was expected, in every vehicle and at every booming peak?"
 DRAWS = 64
 """Repeated measurements that the uncertainty of the prediction is drawn from."""
 STATES = ("today", "new")
 AS_PREDICTED, OTHERWISE, OPEN = "as predicted", "not as predicted", "not decided"
+AS_EXPECTED, NOT_AS_EXPECTED = "as expected", "not as expected"
 
 
 @dataclass(frozen=True)
@@ -121,14 +131,20 @@ def run(model: Model, options: Options) -> Report:
     folder, table = options.folder, _peak_table(model, options.seed)
     if table.empty:
         raise InputError(f"{folder}: no vehicle has a booming peak with today's parts")
+    expected = _expected(model.study, options.seed)
+    vehicles = _vehicle_table(model, expected)
     kept, undecided = (int((table["verdict"] == word).sum()) for word in (AS_PREDICTED, OPEN))
     means = [float(table[f"{what} change [dB]"].mean()) for what in ("measured", "predicted")]
+    changes = [float(vehicles[f"{what} [dB]"].mean()) for what in ("measured change", "model")]
     drives = [len(model.measured[state]) for state in STATES]
     driven = (
         f"{drives[0]} drives with today's parts, {drives[1]} with {design_name(model.study.pick)}"
     )
     report = Report("The prototype, driven", QUESTION)
-    average = f"{signed(means[0], 1)} dB", f"measured on average, {signed(means[1], 1)} predicted"
+    average = (
+        f"{signed(means[0], 1)} dB",
+        f"measured on average, {signed(means[1], 1)} in the model",
+    )
     count = f"{kept} of {len(table)}"
     if undecided:
         report.warn("One drive each: the uncertainty of the measured change is not known.")
@@ -140,13 +156,29 @@ def run(model: Model, options: Options) -> Report:
     else:
         report.tile(count, "booming peaks changed as predicted")
         decided = count
-        sure = "How sure: both half widths hold 95 %; a difference within both is as predicted."
+        sure = (
+            "Peaks: both half widths hold 95 %; a difference within both is as predicted by the "
+            "model."
+        )
+    of_vehicles = ""
+    if not isinstance(expected, str):
+        verdicts = vehicles["verdict"]
+        as_expected = int((verdicts == AS_EXPECTED).sum())
+        how_many = decided if undecided else f"{as_expected} of {len(vehicles)}"
+        of_vehicles = (
+            f"{how_many} vehicles changed as expected: {signed(changes[0], 1)} dB measured on "
+            f"average, {expected_on_average(expected, changes[1])}. "
+        )
+        report.summary["n_as_expected"] = as_expected
     report.assume(*model.study.run.assumed)
     report.tile(*average)
     report.answer(
-        f"{decided} booming peaks changed as predicted: {' '.join(average)}.", sure, f"{driven}."
+        f"{of_vehicles}{decided} booming peaks changed as predicted: {' '.join(average)}.",
+        expected_sentence(expected, changes[1]),
+        sure,
+        f"{driven}.",
     )
-    _panels(report, table, options)
+    _panels(report, vehicles, table, options)
     report.section(
         "Measured and predicted change",
         f"{driven}; highest level within {TOLERANCE:g} Hz of each measured peak. Both half widths "
@@ -155,10 +187,45 @@ def run(model: Model, options: Options) -> Report:
         "prototype and drawing appear here as well: characterise the parts that were driven.",
     )
     report.table("driven", table, "Every booming peak with today's parts.")
+    report.table("vehicles", vehicles)
     report.summary |= {"n_peaks": len(table), "n_as_predicted": kept, "n_not_decided": undecided}
     report.summary |= {"measured_change_db": means[0], "predicted_change_db": means[1]}
+    report.summary["measured_mean_change_db"] = changes[0]
+    report.summary |= expected_numbers(expected, model.study.vehicles)
     report.inputs += sorted(path for path in folder.iterdir() if path.is_file())
     return report
+
+
+def _expected(study: SupplierStudy, seed: int) -> ExpectedChange | str:
+    """State what is expected of the design in the load case that was driven; or why nothing is."""
+    first = replace(study.index, cases=study.index.cases[:1], weights=(1.0,))
+    uncertain = uncertain_index(first, study.platform, study.parts)
+    return expected_or_why(first, lambda: uncertain.expected_change(study.picked, seed=seed).of(0))
+
+
+def _vehicle_table(model: Model, expected: ExpectedChange | str) -> pd.DataFrame:
+    """Tabulate the change of each vehicle's mean level: measured, expected, and by the model.
+
+    As expected is a change that lies in its interval, widened by the half width of the drives.
+    """
+    study = model.study
+    today, new = (model.measured[state].mean(axis=-1) for state in STATES)
+    change = new.mean(axis=0) - today.mean(axis=0)
+    half = np.array([_half_width(*pair) for pair in zip(today.T, new.T, strict=True)])
+    levels = study.index.levels(np.stack([study.space.nominal, study.picked])).mean(axis=-1)
+    table = pd.DataFrame(
+        {"vehicle": study.vehicles, "measured change [dB]": change, "± measured [dB]": half}
+    )
+    if not isinstance(expected, str):
+        cars = expected.cars
+        table = table.assign(
+            **{"expected [dB]": cars.expected, "from [dB]": cars.low, "to [dB]": cars.high}
+        )
+        beyond = np.maximum(cars.low - change, change - cars.high)
+        verdicts = np.where(beyond <= half, AS_EXPECTED, NOT_AS_EXPECTED)
+        table["verdict"] = np.where(np.isnan(half), OPEN, verdicts)
+    table["model [dB]"] = levels[1] - levels[0]
+    return table
 
 
 def _peak_table(model: Model, seed: int) -> pd.DataFrame:
@@ -202,8 +269,16 @@ def _verdict(difference: float, measured: float, predicted: float) -> str:
     return AS_PREDICTED if abs(difference) <= np.hypot(measured, predicted) else OTHERWISE
 
 
-def _panels(report: Report, table: pd.DataFrame, options: Options) -> None:
-    """Show each booming peak, and what to do next."""
+def _panels(report: Report, vehicles: pd.DataFrame, table: pd.DataFrame, options: Options) -> None:
+    """Show each vehicle and booming peak, and what to do next."""
+    of_levels = {name: 1 for name in map(str, vehicles) if name.endswith("[dB]")}
+    report.panel(
+        "Each vehicle",
+        Table(vehicles, "", of_levels),
+        "Change of the mean level. As expected: inside the interval (90 %), widened by what drives "
+        "differ.",
+        wide=True,
+    )
     shown = ["vehicle", "frequency [Hz]", "measured change [dB]", "± measured [dB]"]
     shown += ["predicted change [dB]", "± predicted [dB]", "verdict"]
     decimals = {name: 1 for name in shown if name.endswith("[dB]")} | {"frequency [Hz]": 0}

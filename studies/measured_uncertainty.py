@@ -12,7 +12,9 @@ vehicles are few, and one more vehicle narrows the interval most.
 
 Keys of summary.json: level_db, level_half_width_db (today's, mean of the vehicles); change_db with
 change_lower_db, change_upper_db, change_half_width_db,
-change_half_width_db_<vehicle> (best-mean against today's);
+change_half_width_db_<vehicle> (best-mean against today's, errors of measurement alone);
+expected_change_db_<vehicle>, expected_change_db_mean, expected_change_db_worst, the same with _low
+and _high (best-mean in cars as they are, 90 %);
 probability_quieter (than today's); next_measurement, next_narrower_percent, and with _series for
 any vehicle and load case; surface_difference_at_peaks_db.
 """
@@ -53,6 +55,14 @@ from deboom.measurement.uncertainty import (
     probability_below,
 )
 from deboom.pages.front import drawn_rows, left_out, report_cells
+from deboom.pages.front_answer import (
+    expected_column,
+    expected_numbers,
+    expected_on_average,
+    expected_sentence,
+    expected_words,
+    report_expected,
+)
 from deboom.pages.motion import motion_report, report_runs
 from deboom.plot import IntervalPanel
 from deboom.plot.style import signed
@@ -64,6 +74,7 @@ from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.rebuilt import compared_run
 from deboom.runs.result import RunContext
 from deboom.runs.search import SearchOptions
+from deboom.vehicles.expected_change import ExpectedChange, expected_or_why
 from deboom.vehicles.fleet import Band, lines_inside
 from deboom.vehicles.free_directions import NOTICEABLE
 from deboom.vehicles.platform import Runs
@@ -199,6 +210,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"Each source alone; the change is that of {answer.design}, mean of the vehicles.",
     )
     report.table("sources", sources, "Sources, independent of each other.")
+    picks = [name for name in designs if name != TODAY]
+    report_expected(report, repeated.expected, picks, repeated.vehicles)
     _next(report, answer.following)
     report_runs(report, model.runs)
     return report
@@ -225,6 +238,12 @@ class _Answer:
     gain: float
     nearest_of_scope: str
     gain_of_scope: float
+
+    @property
+    def expected(self) -> ExpectedChange | str:
+        """What cars are expected to show of the design; or why nothing is."""
+        expected = self.repeated.expected
+        return expected if isinstance(expected, str) else expected.of(self.row - 1)
 
     @property
     def half_width(self) -> float:
@@ -263,9 +282,13 @@ def _answered(repeated: Repeated, designs: Mapping[str, RealArray]) -> _Answer:
 def _tiles(report: Report, answer: _Answer) -> None:
     """Show change, level and what to measure."""
     change, level, row, half = answer.change, answer.level, answer.row, answer.half_width
+    if not isinstance(answer.expected, str):
+        report.tile(
+            expected_words(answer.expected.mean), f"expected of the mean level, {answer.design}"
+        )
     report.tile(
         f"{signed(float(change.value[row]), 2)} ± {half:.2f} dB",
-        f"change of the mean level, {answer.design}",
+        f"change of the mean level in the model, {answer.design}",
     )
     report.tile(f"{level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A)", "mean level, today's")
     quieter = PERCENT * answer.repeated.quieter[row]
@@ -276,12 +299,12 @@ def _tiles(report: Report, answer: _Answer) -> None:
         report.tile(f"−{answer.gain:.0f} %", f"of the change's interval by: {answer.nearest}")
 
 
-def _answer_in_words(answer: _Answer) -> tuple[str, str, str]:
+def _answer_in_words(answer: _Answer) -> tuple[str, ...]:
     """Return the answer for these vehicles, for any vehicle, and what it leaves out."""
     level, half = answer.level, answer.half_width
-    change = signed(float(answer.change.value[answer.row]), 1)
+    change = float(answer.change.value[answer.row])
     next_measurement = (
-        f"nothing needs to be measured for these vehicles (±{half:.2f} dB is not heard)"
+        f"nothing of this needs to be measured again (±{half:.2f} dB is not heard)"
         if answer.is_sure
         else f"next measure: {answer.nearest}, {answer.gain:.0f} % narrower"
     )
@@ -293,11 +316,13 @@ def _answer_in_words(answer: _Answer) -> tuple[str, str, str]:
         else ""
     )
     return (
-        f"{answer.design} changes the mean level by {change} ± {half:.2f} dB in these vehicles "
-        f"(90 %); {next_measurement}.",
+        f"{answer.design}: {expected_on_average(answer.expected, change)} in these vehicles; "
+        f"errors of measurement alone leave {signed(change, 1)} ± {half:.2f} dB of the model's "
+        f"change (90 %), {next_measurement}.",
+        expected_sentence(answer.expected, change),
         for_any,
-        f"Errors of measurement only; the page of the front shows the errors of the model. "
-        f"Today's mean level: {level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A).",
+        f"± holds errors of measurement alone. Today's mean level: {level.value[0]:.1f} ± "
+        f"{level.half_width[0]:.1f} dB(A).",
     )
 
 
@@ -311,13 +336,19 @@ def _panels(report: Report, answer: _Answer) -> None:
             "vehicle": list(repeated.vehicles),
             "today [dB(A)]": levels.value[0],
             "± [dB]": levels.half_width[0],
+            **expected_column(answer.expected, range(len(repeated.vehicles))),
             "change [dB]": changes.value[row],
             "from [dB]": changes.lower[row],
             "to [dB]": changes.upper[row],
         }
     )
     decimals = {"± [dB]": 1, "change [dB]": 1, "from [dB]": 1, "to [dB]": 1}
-    report.panel("Each vehicle", Table(each, "", decimals), "90 % intervals.", wide=True)
+    report.panel(
+        "Each vehicle",
+        Table(each, "", decimals),
+        "90 % intervals; ±, change, from and to are the model's, with errors of measurement alone.",
+        wide=True,
+    )
     half_width = f"{answer.scope}, ± [dB]"
     following = answer.following[["measurement", half_width]].head(MOST_NEXT)
     report.panel("What to measure next", Table(following, "", {half_width: 2}))
@@ -347,7 +378,7 @@ def _summary(answer: _Answer) -> dict[str, Any]:
     of_vehicles = repeated.interval(lambda drawn: _change(drawn.level)).half_width[row]
     for vehicle, half in zip(repeated.vehicles, of_vehicles, strict=True):
         summary[f"change_half_width_db_{vehicle}"] = float(half)
-    return summary
+    return summary | expected_numbers(answer.expected, repeated.vehicles)
 
 
 def measured_transfer(
@@ -419,7 +450,8 @@ class Repeated:
     """Designs as measured and as measured again, and what follows.
 
     ``again`` has a leading axis of draws; ``alone`` is source → mean level if nothing else errs,
-    shape (n_draws, n_design, n_vehicle) [dB(A)].
+    shape (n_draws, n_design, n_vehicle) [dB(A)]. ``expected`` is what cars are expected to show of
+    the designs after today's; or why nothing is.
     """
 
     model: Model
@@ -427,6 +459,7 @@ class Repeated:
     measured: Drawn
     again: Drawn
     alone: Mapping[str, RealArray]
+    expected: ExpectedChange | str
 
     @property
     def index(self) -> Any:
@@ -500,7 +533,10 @@ def _measure_again(model: Model, designs: Mapping[str, RealArray], options: Opti
         name: np.stack([getattr(sample, name) for sample in every]) for name in vars(every[0])
     }
     measured = _drawn(model, uncertain.index, rows)
-    return Repeated(model, designs, measured, Drawn(**fields), alone)
+    expected = expected_or_why(
+        uncertain.index, lambda: uncertain.expected_change(rows[1:], seed=seed)
+    )
+    return Repeated(model, designs, measured, Drawn(**fields), alone, expected)
 
 
 def _drawn(model: Model, index: Any, rows: RealArray) -> Drawn:

@@ -12,7 +12,9 @@ motion).
 
 Keys of summary.json: part_<mount> (of best-mean); change_db_per_line (best-mean against today's
 parts, verified, mean over vehicles and lines) and change_parts_as_they_are_db_per_line (quietest
-set without re-tuning); sigma_change_percent_best_sigma; n_sets, n_set_front (sets, and those on
+set without re-tuning); expected_change_db_<vehicle>, expected_change_db_mean,
+expected_change_db_worst, the same with _low and _high (best-mean in cars as they are, 90 %);
+sigma_change_percent_best_sigma; n_sets, n_set_front (sets, and those on
 their front); n_front, n_evaluated (designs); sigma_bias_percent (search minus verification);
 seconds_search; surface_difference_at_peaks_db (library against spectra).
 """
@@ -21,6 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -30,6 +33,7 @@ from typer import Option
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.choices import Pick
 from deboom.common import N_PER_MM
 from deboom.errors import InputError
 from deboom.explore.front import pareto_front
@@ -43,7 +47,12 @@ from deboom.mounts.surface_forces import Outside
 from deboom.pages.front import report_front
 from deboom.pages.front_answer import (
     abbreviations,
+    expected_column,
+    expected_numbers,
+    expected_on_average,
+    expected_sentence,
     peaks_sentence,
+    report_expected,
     short_title,
     weights_sentence,
 )
@@ -55,6 +64,7 @@ from deboom.report import Report, Step, Table
 from deboom.runs.catalogue import (
     Catalogue,
     catalogue_index,
+    expected_of_sets,
     ordered_stiffness,
     platform_catalogue,
 )
@@ -63,6 +73,7 @@ from deboom.runs.platform_options import PlatformOptions
 from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import SearchOptions
 from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.expected_change import ExpectedChange, expected_or_why
 from deboom.vehicles.fleet_front import FleetFront
 from deboom.vehicles.platform import MountSource, Runs
 
@@ -169,11 +180,27 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     _parts_section(report, chosen, options)
     _front_section(report, chosen)
     report.facts["verification_draws"] = VERIFIED
+    designs = list(chosen.picks["design"][1:])
+    report_expected(report, chosen.expected, designs, front.responses)
     report_front(report, front, beside=catalogue.columns(front.search.front.designs))
     if chosen.sets is not None and chosen.set_front is not None:
         report.table("part_sets", _set_table(catalogue, chosen.sets, chosen.set_front))
     report_runs(report, model.runs)
     return report
+
+
+@dataclass(frozen=True, eq=False)
+class _Effect:
+    """What a design does: its change of the mean level in the model [dB], and what is expected."""
+
+    design: RealArray
+    change: float
+    expected: ExpectedChange | str
+
+    @property
+    def heard(self) -> float:
+        """The mean change that is promised: the expected one, else the model's [dB]."""
+        return self.change if isinstance(self.expected, str) else float(self.expected.mean.expected)
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,10 +221,35 @@ class _Selection:
     set_front: RobustValues | None
     picks: pd.DataFrame
 
+    @cached_property
+    def expected(self) -> ExpectedChange | str:
+        """What is expected of the designs of `picks` without today's; or why nothing is."""
+        model: Any = self.front.model
+        named = list(self.front.pick_designs.values())
+        quietest = [] if self.set_front is None else [self.set_front.designs[0]]
+        return expected_or_why(
+            model,
+            lambda: expected_of_sets(
+                model,
+                self.model.runs,
+                self.model.catalogue,
+                self.outside,
+                np.stack([*quietest, *named]),
+                weights=self.heard.weights,
+                seed=self.front.search.seed,
+            ),
+        )
+
+    def expected_of(self, design: str) -> ExpectedChange | str:
+        """Return what is expected of a named design of `picks`; or why nothing is."""
+        if isinstance(self.expected, str):
+            return self.expected
+        return self.expected.of(list(self.picks["design"][1:]).index(design))
+
     @property
     def best(self) -> RealArray:
         """The best-mean design: part numbers, then stiffness factors."""
-        return np.asarray(self.front.values.designs[self.front.picks["best-mean"]])
+        return np.asarray(self.front.values.designs[self.front.picks[Pick.best_mean]])
 
     @property
     def change(self) -> dict[str, float]:
@@ -205,18 +257,21 @@ class _Selection:
         return dict(zip(self.picks["design"], self.picks["change [dB]"], strict=True))
 
     @property
-    def effects(self) -> dict[str, tuple[RealArray, float]]:
-        """Design and its change [dB] of parts as they are, if known, and of re-tuned ones."""
-        retuned = {f"parts{self.retuned}": (self.best, float(self.change["best-mean"]))}
+    def effects(self) -> dict[str, _Effect]:
+        """What parts as they are do, if known, and re-tuned ones."""
+        retuned = {f"parts{self.retuned}": self._effect(Pick.best_mean, self.best)}
         if self.set_front is None:
             return retuned
         quietest = self.set_front.designs[0]
-        return {"parts as they are": (quietest, float(self.change[QUIETEST]))} | retuned
+        return {"parts as they are": self._effect(QUIETEST, quietest)} | retuned
+
+    def _effect(self, name: str, design: RealArray) -> _Effect:
+        return _Effect(design, float(self.change[name]), self.expected_of(name))
 
     @property
     def is_heard(self) -> bool:
         """Whether the better of the effects is heard."""
-        return min(change for _, change in self.effects.values()) <= -HEARD
+        return min(effect.heard for effect in self.effects.values()) <= -HEARD
 
     def parts(self, design: RealArray) -> Sequence[str]:
         """Return the name of each mount's part."""
@@ -268,11 +323,12 @@ def _summary(chosen: _Selection) -> dict[str, Any]:
     sigma = dict(zip(picks["design"], picks["change of sigma [%]"], strict=True))
     parts = zip(catalogue.parts, chosen.parts(chosen.best), strict=True)
     summary: dict[str, Any] = {f"part_{mount}": part for mount, part in parts}
-    summary["change_db_per_line"] = float(chosen.change["best-mean"])
-    summary["sigma_change_percent_best_sigma"] = float(sigma["best-sigma"])
+    summary["change_db_per_line"] = float(chosen.change[Pick.best_mean])
+    summary["sigma_change_percent_best_sigma"] = float(sigma[Pick.best_sigma])
     if chosen.set_front is not None:
         summary["change_parts_as_they_are_db_per_line"] = float(chosen.change[QUIETEST])
         summary["n_set_front"] = len(chosen.set_front)
+    summary |= expected_numbers(chosen.expected_of(Pick.best_mean), front.responses)
     return summary | {
         "n_sets": catalogue.n_sets,
         "n_front": len(front.search.front),
@@ -284,28 +340,30 @@ def _summary(chosen: _Selection) -> dict[str, Any]:
 
 def _tiles(report: Report, chosen: _Selection) -> None:
     """Show the change with parts as they are, and with re-tuned ones."""
-    for what, (design, change) in chosen.effects.items():
-        parts = ", ".join(chosen.parts(design))
-        report.tile(f"{signed(change, 2)} dB", f"mean level, {what}: {parts}")
+    for what, effect in chosen.effects.items():
+        parts = ", ".join(chosen.parts(effect.design))
+        expected = "" if isinstance(effect.expected, str) else "expected "
+        report.tile(f"{signed(effect.heard, 2)} dB", f"{expected}mean level, {what}: {parts}")
 
 
-def _answer_in_words(chosen: _Selection) -> tuple[str, str, str]:
-    """Return what to order, how that was verified, and the names of the mounts."""
+def _answer_in_words(chosen: _Selection) -> tuple[str, ...]:
+    """Return what to order, how sure that is, how it was verified, and the names of the mounts."""
     front = chosen.front
     order = f"Order {', '.join(chosen.parts(chosen.best))}"
     advice = order if chosen.is_heard else "Order nothing new"
     # without re-tuning the search ends where the list of all sets does
     stated = list(chosen.effects.items())[: None if chosen.retuned else 1]
     words = [
-        f"{what} bring {signed(change, 1)} dB"
-        f"{', which nobody hears' if abs(change) < HEARD else ''}"
-        for what, (_, change) in stated
+        f"{what} bring {expected_on_average(effect.expected, effect.change)}"
+        f"{', which nobody hears' if abs(effect.heard) < HEARD else ''}"
+        for what, effect in stated
     ]
     return (
         f"{advice}: at best the {'; '.join(words)}.",
+        expected_sentence(chosen.expected_of(Pick.best_mean), float(chosen.change[Pick.best_mean])),
         f"Mean level at the driver's ear of {len(front.responses)} vehicles, verified with "
         f"{front.judge.n_samples} draws that the search has not seen. From drive to drive nobody "
-        f"hears a difference below about {HEARD:g} dB. Best-mean: "
+        f"hears a difference below about {HEARD:g} dB. Best-mean in the model: "
         f"{peaks_sentence(chosen.heard, chosen.best)}.",
         weights_sentence(chosen.heard) + abbreviations(chosen.model.runs.platform.mounts),
     )
@@ -314,16 +372,22 @@ def _answer_in_words(chosen: _Selection) -> tuple[str, str, str]:
 def _panels(report: Report, chosen: _Selection, name_of_run: str) -> None:
     """Show each vehicle, what to order and what to do next."""
     runs, heard, effects = chosen.model.runs, chosen.heard, chosen.effects
-    gains = {f"{what} [dB]": heard.splv_change(design) for what, (design, _) in effects.items()}
+    names = list(chosen.front.responses)
     loud = {"today [dB(A)]": heard.todays_levels}
-    each = pd.DataFrame({"vehicle": list(chosen.front.responses), **loud, **gains})
+    promised: dict[str, object] = {}
+    gains = {}
+    for what, effect in effects.items():
+        promised |= expected_column(effect.expected, range(len(names)), f"{what}, ")
+        gains[f"{what}, in the model [dB]"] = heard.splv_change(effect.design)
+    each = pd.DataFrame({"vehicle": names, **loud, **promised, **gains})
     report.panel(
         "Each vehicle",
         Table(each, "", dict.fromkeys((*loud, *gains), 1)),
         "Mean level with today's parts, and its change, without scatter.",
+        wide=True,
     )
     parts = {"mount": [_titled(mount) for mount in runs.platform.mounts]}
-    parts |= {what: list(chosen.parts(design)) for what, (design, _) in effects.items()}
+    parts |= {what: list(chosen.parts(effect.design)) for what, effect in effects.items()}
     order = _order_table(chosen)
     decimals = {str(name): 0 if str(name).endswith("[N/mm]") else 2 for name in order.columns[1:]}
     first, last = runs.band
@@ -353,7 +417,7 @@ def _order_table(chosen: _Selection) -> pd.DataFrame:
     variables = [name for mount in chosen.model.runs.platform.mounts for name in mount.variables]
     n_mounts = len(chosen.model.catalogue.parts)
     today = chosen.stiffness(np.concatenate([np.zeros(n_mounts), np.ones(len(variables))]))
-    built = {what: chosen.stiffness(design) for what, (design, _) in chosen.effects.items()}
+    built = {what: chosen.stiffness(each.design) for what, each in chosen.effects.items()}
     order: dict[str, object] = {"direction": variables}
     order |= {f"{what}, of today's [1]": stiffness / today for what, stiffness in built.items()}
     order["today [N/mm]"] = today

@@ -539,7 +539,8 @@ def _answer_in_words(
         f"{_percent(float(study.missed.max()), 1)} of the parts miss its limit.",
         f"How sure: at least {_percent(check.bound, 1)} with {_percent(check.confidence, 0)} "
         f"confidence over parts; with all measurements drawn again "
-        f"{_percent(float(certainty.lower), 0)} to {_percent(float(certainty.upper), 0)} (90 %).",
+        f"{_percent(float(certainty.lower), 0)} to {_percent(float(certainty.upper), 0)} (90 %). "
+        "Shares are the model's: what bodies, rubber and amplitudes do in cars is not in them.",
         f"The limit is {origin}. {abbreviations(study.runs.platform.mounts)}",
     )
 

@@ -1,10 +1,9 @@
-"""Free directions, acceptance boxes and predicted changes of drawn fleets.
+"""Free directions and acceptance boxes of drawn fleets.
 
 Twenty fleets of the bench, seeds 5001 to 5020, that no rule was tuned on; group U06 in fifth gear.
 Free directions: every stated interval about a design at its bounds, judged at 200 stiffness factors
 drawn from it and at its ends, in all vehicles of the platform. Boxes: 95 % of the parts shall keep
-each vehicle's level of today; 2^16 parts of each box are drawn anew. Predicted changes: the 90 %
-intervals against flexible cars that the bench solves with today's and the new parts.
+each vehicle's level of today; 2^16 parts of each box are drawn anew.
 """
 
 from __future__ import annotations
@@ -13,10 +12,8 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
-from claims import Claim, at_least, at_most, between, draws, in_processes, reported
-from claims.predicted_change import share_held
+from claims import Claim, at_least, at_most, draws, in_processes, reported
 from deboom.bench.platform_writer import write_platform
 from deboom.explore.box import BoxQuestion
 from deboom.explore.largest_box import largest_box
@@ -24,7 +21,6 @@ from deboom.explore.selection import variables_without_effect
 from deboom.files.platform import read_platform
 from deboom.vehicles.free_directions import NOTICEABLE, free_directions, largest_changes
 from deboom.vehicles.limits import MeanLevel
-from predicted_change import DRAWS, changes
 
 FLEETS = range(5001, 5001 + draws(20))
 TRIED, PARTS, SHARE = 200, 2**16, 0.95
@@ -66,17 +62,11 @@ def kept(seed: int) -> tuple[float, float]:
     return float(quiet.all(axis=1).mean()), float(quiet.mean(axis=0).min())
 
 
-def predicted(seed: int) -> pd.DataFrame:
-    """Predict and drive one fleet."""
-    return pd.DataFrame(changes(seed))
-
-
 def claims() -> list[Claim]:
-    """Judge intervals, boxes and predictions of every fleet."""
+    """Judge intervals and boxes of every fleet."""
     most, free, directions = np.transpose(in_processes(beyond, FLEETS))
     shares = np.array(in_processes(kept, FLEETS))
-    cars = pd.concat(in_processes(predicted, FLEETS))
-    rows = [
+    return [
         at_most(
             f"{len(FLEETS)} fleets, {directions.sum():.0f} stated intervals: largest change of a "
             "vehicle's mean level or booming peak inside [dB]",
@@ -96,15 +86,3 @@ def claims() -> list[Claim]:
             2,
         ),
     ]
-    for receptance, what in ((False, "without"), (True, "with")):
-        of = cars[cars["receptance"] == receptance]
-        rows.append(
-            between(
-                f"{len(of)} cars {what} receptances of their bodies, {DRAWS} draws: 90 % intervals "
-                "that hold the change of the car [%]",
-                (80, 97),
-                share_held(of, receptance=receptance),
-                0,
-            )
-        )
-    return rows

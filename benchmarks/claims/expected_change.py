@@ -17,6 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from claims import Claim, at_most, between, draws, in_processes, reported
+from deboom.arrays import RealArray
 from deboom.vehicles.expected_change import Information
 from expected_change import (
     APART,
@@ -26,17 +27,17 @@ from expected_change import (
     STATISTICS,
     Platforms,
     figures_of,
+    former,
     in_force,
     platform,
     records,
     spread,
-    today,
 )
 
 HALF_WIDTHS = {"unknown": 1.5, "driving_points": 0.9, "receptances": 0.55}
 """Largest median half width of an interval for 3 dB, by what is known of the bodies [dB]."""
 SHARPER = {"unknown": 0.5, "driving_points": 0.5, "receptances": 0.85}
-"""Largest interval score over that of today's constants [1]."""
+"""Largest interval score over that of the former constants [1]."""
 BIAS = {"driving_points": 8.0, "receptances": 5.0}
 """Largest error of the expected change in a family over the size of its changes [%]."""
 
@@ -49,8 +50,21 @@ def claims() -> list[Claim]:
         for number in range(draws(N_REPEATED))
     ]
     families, seeds = zip(*cases, strict=True)
-    platforms = dict(zip(seeds, in_processes(platform, families, seeds), strict=True))
-    return [row for state in Information for row in _of(platforms, state)]
+    drawn = zip(seeds, in_processes(_driven, families, seeds), strict=True)
+    platforms = {seed: arrays for seed, arrays in drawn if arrays is not None}
+    unsettled = f"{len(cases) - len(platforms)} of {len(cases)}"
+    return [
+        *(row for state in Information for row in _of(platforms, state)),
+        reported("platforms left out: the bench found no steady state of a car", unsettled),
+    ]
+
+
+def _driven(family: str, seed: int) -> dict[str, RealArray] | None:
+    """Predict and drive one platform; None where the true amplitudes do not settle."""
+    try:
+        return platform(family, seed)
+    except ArithmeticError:
+        return None
 
 
 def _of(platforms: Platforms, state: Information) -> list[Claim]:
@@ -92,11 +106,13 @@ def _of(platforms: Platforms, state: Information) -> list[Claim]:
         over_all = figures_of(data, stated)["bias"]
         rows.append(at_most(f"{topic}, over all families, its size", 5.0, abs(over_all), 1))
         rows.append(reported(topic, listed))
-    figures, old = figures_of(data, stated), figures_of(data, today(state))
+    figures, old = figures_of(data, stated), figures_of(data, former(state))
     ratio = figures["score"] / old["score"]
     rows += [
         at_most(
-            f"{state.value}: interval score over that of constants [1]", SHARPER[state.name], ratio
+            f"{state.value}: interval score over that of the former constants [1]",
+            SHARPER[state.name],
+            ratio,
         ),
         at_most(
             f"{state.value}: median half width for a change of 3 dB [dB]",

@@ -1,7 +1,8 @@
 """Synthesised against measured sound.
 
 The study `studies/synthesis_validation.py`, 5th gear with full load, 20 to 55 Hz at the driver's
-ear: five vehicles of one drawing with five mount sets each on the shipped bench, one vehicle with
+ear: the five vehicles of group U06 with five mount sets each on the shipped bench, of which the last
+carries a battery (the four alike ones spread by 6.8 dB, where all five do by 12.6), one vehicle with
 two mount sets on each of twenty benches whose powertrain, mounts and body are drawn, four of each
 family: as on the bench's own prior, real attachments, light, battery and truck bodies, with rubber
 in the car within 15 % of that on the bench, mounts apart by up to 10 % and a filler of 0.4 to 3

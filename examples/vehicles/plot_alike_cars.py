@@ -2,9 +2,9 @@
 Alike cars do not sound alike
 =============================
 
-Noise transfer functions and levels of five cars of one drawing over each other (thesis, section
-2.4.3 and figure 10, which finds 10 to 15 dB between them). Four of the drawn ones are alike, the
-fifth carries a battery.
+Noise transfer functions and levels of five cars of one group over each other (thesis, section
+2.4.3 and figure 10, which finds 10 to 15 dB between alike cars). Four of the drawn ones are alike,
+the fifth carries a battery.
 """
 
 import matplotlib.pyplot as plt

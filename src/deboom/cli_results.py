@@ -170,10 +170,10 @@ def listen(
 ) -> None:
     """Hear a front: the run-up at the driver's ear with today's mounts and with a pick, as WAV.
 
-    All files have the same full scale, stated in pascals in listen.json, so that you can compare
-    loudness. Only the engine order of the study is heard, from the first to the last frequency of
-    its band, at a constant rise of speed. Use headphones: small loudspeakers do not play 20 to 60
-    Hz.
+    You hear the model; what cars are expected to show stands on the page of the run. All files have
+    the same full scale, stated in pascals in listen.json, so that you can compare loudness. Only
+    the engine order of the study is heard, from the first to the last frequency of its band, at a
+    constant rise of speed. Use headphones: small loudspeakers do not play 20 to 60 Hz.
 
     Try: deboom listen results/front/RUN --seconds 15
     """

@@ -7,7 +7,6 @@ bench solves with the modes of its body.
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.bench.fleet import BenchFleet
@@ -19,7 +18,6 @@ from deboom.physics.sound_level import spl
 from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
 from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.platform import Platform
-from deboom.vehicles.predicted_change import ChangeInterval, change_interval
 
 GROUP, CASE, GEAR, TORQUE, BAND = "U06", "g5_wot220", 5, 220.0, (20.0, 60.0)
 STEPS, PATHS = 25, 10
@@ -67,11 +65,3 @@ def driven_change(
         return float(spl(run.pressure[:, 0], lines, axis=-1).mean())
 
     return np.array([level(car, factors) - level(car, np.ones_like(factors)) for car in cars])
-
-
-def stated_interval(cars: pd.DataFrame, *, receptance: bool, share: float = 0.9) -> ChangeInterval:
-    """Return the intervals of cars in the table of `benchmarks/predicted_change.py`."""
-    predicted, deviation = (cars[f"{name} [dB]"].to_numpy() for name in ("predicted", "deviation"))
-    # two draws with exactly the standard deviation that the repeats had
-    drawn = predicted + np.outer([1.0, -1.0], deviation / np.sqrt(2.0))
-    return change_interval(predicted, drawn, receptance=receptance, share=share)

@@ -1,9 +1,12 @@
 """Mounts that vehicles share, at a tiny budget."""
 
+import json
+
 import pandas as pd
 import pytest
 
 from deboom.errors import InputError
+from deboom.files.tables import read_frame
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold
@@ -20,6 +23,22 @@ def test_shared_mounts_keep_the_limit_of_every_vehicle(finished, summary):
     assert summary["share_verified_min"] >= 0.95
     vehicles = pd.read_csv(finished / "vehicles.csv")
     assert (vehicles["shared mounts [dB(A)]"] <= vehicles["limit as drawn [dB(A)]"] + 1e-6).all()
+
+
+def test_cars_are_told_what_their_own_shared_mounts_are_expected_to_change(tmp_path):
+    options = {**BUDGET, "motion": Motion.coupled, "starts": 1}
+    run = run_study(STUDY, tmp_path, {**options, "allowed": 0.5})
+    summary = json.loads((run / "summary.json").read_text())
+    table = read_frame(run / "expected.csv").set_index("vehicle")
+    changes = pd.read_csv(run / "vehicles.csv").set_index("vehicle")["change against today [dB]"]
+    for name, row in table.iterrows():
+        key = f"expected_change_db_{name}"
+        assert row["change, from [dB]"] < row["change, expected [dB]"] < row["change, to [dB]"]
+        assert summary[key] == pytest.approx(row["change, expected [dB]"])
+        # its own design: in the model without the energy of the scatter
+        assert row["change in the model [dB]"] == pytest.approx(changes[name], abs=0.3)
+    assert summary["expected_change_db_worst"] > summary["expected_change_db_mean"]
+    assert "dB expected on average (" in (run / "report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

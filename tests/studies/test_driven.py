@@ -75,6 +75,13 @@ def test_the_truth_of_the_bench_is_as_predicted(front_run, cars, tmp_path):
     assert (table["verdict"] != "as predicted").sum() <= 1
     error = table["measured change [dB]"] - table["predicted change [dB]"]
     assert error.abs().max() < 0.5
+    vehicles = pd.read_csv(run / "vehicles.csv")
+    assert (vehicles["verdict"] == "as expected").all()
+    assert (vehicles["from [dB]"] < vehicles["expected [dB]"]).all()
+    summary = json.loads((run / "summary.json").read_text(encoding="utf-8"))
+    assert summary["n_as_expected"] == 5
+    of_vehicles = [summary[f"expected_change_db_{name}"] for name in vehicles["vehicle"]]
+    assert vehicles["expected [dB]"].tolist() == pytest.approx(of_vehicles)
 
 
 def test_parts_that_change_nothing_are_not_as_predicted(front_run, cars, tmp_path):
@@ -82,6 +89,7 @@ def test_parts_that_change_nothing_are_not_as_predicted(front_run, cars, tmp_pat
     answer = driven(front_run, folder, tmp_path / "results")
     run = Path(answer.output.split()[-1])
     assert (pd.read_csv(run / "driven.csv")["verdict"] == "not as predicted").all()
+    assert (pd.read_csv(run / "vehicles.csv")["verdict"] == "not as expected").all()
     assert "0 of " in (run / "report.html").read_text(encoding="utf-8")
 
 
@@ -105,7 +113,8 @@ def test_one_drive_each_leaves_the_measured_uncertainty_open(front_run, cars, tm
     page = (run / "report.html").read_text(encoding="utf-8")
     assert "One drive each" in page
     assert "Not decided whether" in page
-    assert (pd.read_csv(run / "driven.csv")["verdict"] == "not decided").all()
+    for name in ("driven", "vehicles"):
+        assert (pd.read_csv(run / f"{name}.csv")["verdict"] == "not decided").all()
 
 
 @pytest.mark.parametrize(
@@ -150,6 +159,7 @@ def test_every_vehicle_sounds_as_loud_as_the_model_says(folder):
     model = compared_run(folder, STUDIES).model
     index = model.evaluate
     assert len(sounds) == 2 * len(index.response_names)
+    assert stated["heard"].startswith("the model")
     rate, signal = wavfile.read(folder / "listen" / "U06-2 today.wav")
     heard = np.abs(hilbert(signal)) / 32767 * stated["full_scale_Pa"]
     line = int(np.argmax(np.abs(index.pressure(model.space.nominal[None, :])[0, 1, 20:-20]))) + 20

@@ -38,6 +38,14 @@ def test_numbers_have_intervals_that_more_knowledge_never_widens(finished):
     assert np.all(following[columns].iloc[1:] <= 1.005 * following[columns].iloc[0])
 
 
+def test_cars_are_expected_to_differ_from_the_model_by_more_than_measurements_do(summary):
+    low, expected, high = (
+        summary[f"expected_change_db_mean{end}"] for end in ("_low", "", "_high")
+    )
+    assert low < expected < high
+    assert high - low > 5 * summary["change_half_width_db"]
+
+
 def test_the_designs_of_a_run_may_be_asked_about(tmp_path, monkeypatch):
     names = tuple(f"{m} {a}" for m in ("EnM", "GeM", "TSM", "Du") for a in "xyz")
     space = SimpleNamespace(names=names)
@@ -55,6 +63,9 @@ def test_the_designs_of_a_run_may_be_asked_about(tmp_path, monkeypatch):
     # all stiffnesses by 0.9: the level falls by 20 lg 0.9, and no error can change that
     assert picks["change [dB]"].iloc[1] == pytest.approx(20 * np.log10(0.9))
     assert picks["change, to [dB]"].iloc[1] == pytest.approx(20 * np.log10(0.9))
+    # prescribed motion: the page says why, and no table pretends
+    assert "no expected change, because" in (result / "report.html").read_text().lower()
+    assert not (result / "expected.csv").exists()
     space.names = ("Rear x", *names[1:])
     with pytest.raises(InputError, match="take a front of the same mounts"):
         run_study(STUDY, tmp_path, options)

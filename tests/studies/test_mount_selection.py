@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from html import unescape
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from deboom.errors import InputError
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import CATALOGUE_FILE, read_platform
+from deboom.files.tables import read_frame
 from deboom.mounts.library import open_library
 from deboom.runs.interactive_page import write_interactive_page
 from deboom.runs.runner import load_study, run_study
@@ -51,6 +53,26 @@ def test_re_tuned_parts_in_coupled_motion_do_no_worse(tmp_path, finished):
     )
     summary = json.loads((run / "summary.json").read_text())
     assert summary["change_db_per_line"] < summary["change_parts_as_they_are_db_per_line"]
+    low, expected, high = (
+        summary[f"expected_change_db_mean{end}"] for end in ("_low", "", "_high")
+    )
+    assert low < expected < high
+    # a car brings part of what its model promises, and the same parts
+    assert 0.3 * summary["change_db_per_line"] > expected > 1.2 * summary["change_db_per_line"]
+    table = read_frame(run / "expected.csv").set_index(["design", "vehicle"])
+    as_they_are = table.loc["quietest parts as they are", "change, expected [dB]"]
+    re_tuned = table.loc["best-mean", "change, expected [dB]"]
+    assert re_tuned.mean() == pytest.approx(expected)
+    assert re_tuned.mean() < as_they_are.mean()
+    page = (run / "report.html").read_text(encoding="utf-8")
+    assert "dB expected on average (" in page
+    assert "The loudest line of a car may change by" in page
+
+
+def test_prescribed_motion_has_no_expected_change(finished, summary):
+    assert not [key for key in summary if key.startswith("expected_")]
+    page = (finished / "report.html").read_text(encoding="utf-8")
+    assert "No expected change, because the powertrain's motion is prescribed" in unescape(page)
 
 
 def test_a_library_database_serves_as_catalogue(tmp_path):

@@ -186,6 +186,12 @@ def test_only_this_part_is_what_the_model_says_directly(sheet, study):
     assert alone["change"] == pytest.approx((then - now).mean())
     assert 0.0 < alone["change_half_width"] < 0.3 * abs(alone["change"])
     assert table.loc["today", "level"] == pytest.approx(now.mean())
+    expected = alone[["expected_low", "expected_change", "expected_high"]].to_list()
+    assert expected == sorted(expected)
+    # a car brings less than its model promises, and the interval is not that of measurements
+    assert alone["change"] < alone["expected_change"] < 0.0
+    assert expected[2] - expected[0] > 2 * alone["change_half_width"]
+    assert np.isnan(table.loc["today", "expected_change"])
 
 
 def test_slope_and_tolerance_gain_are_differences_of_the_model(sheet, study):

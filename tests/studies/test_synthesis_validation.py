@@ -3,7 +3,7 @@
 import json
 import shutil
 from dataclasses import replace
-from unittest.mock import Mock
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -233,13 +233,22 @@ def test_impossible_virtual_measurements_are_refused(seed, vehicles, sets, run, 
         virtual_vehicles(seed, vehicles, sets, run, lambda *_: None)
 
 
-def test_a_spread_is_that_of_the_first_mount_set():
-    def car(mount_set, level):
-        heard = {synthesis.ON_ROAD: Mock(levels=[[level]])}
-        return Mock(comparisons=heard, **{"driven.mount_set": mount_set})
+def test_a_spread_is_that_of_the_first_mount_set_and_the_vehicle_that_differs_most_is_named():
+    def car(name, mount_set, level):
+        driven = SimpleNamespace(mount_set=mount_set, vehicle=SimpleNamespace(name=name))
+        heard = SimpleNamespace(levels=[np.array([level])])
+        return SimpleNamespace(driven=driven, comparisons={synthesis.ON_ROAD: heard})
 
-    cars = Mock(syntheses=[car("M1", 60.0), car("M2", 90.0), car("M1", 71.0)])
-    assert synthesis.Validation.spread.func(cars).range == pytest.approx(11.0)
+    def of(*cars):
+        return synthesis.Validation(None, None, cars, None, (), (), None, "")
+
+    two = of(car("A", "M1", 60.0), car("C", "M2", 90.0), car("B", "M1", 71.0))
+    assert two.spread.range == pytest.approx(11.0)
+    assert two.spread_without is None
+    three = of(*two.syntheses, car("C", "M1", 62.0))
+    name, others = three.spread_without
+    assert (name, others.range) == ("B", pytest.approx(2.0))
+    assert three.spread.range == pytest.approx(11.0)
 
 
 def test_a_mix_names_the_set_of_every_part():

@@ -12,10 +12,19 @@ from deboom.bench.platform_writer import write_platform
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.files.uncertain_index import uncertain_index
+from deboom.pages.front_answer import expected_sentence, report_expected
+from deboom.report import Report
 from deboom.vehicles import change_prior as prior
 from deboom.vehicles import expected_change as expected
-from deboom.vehicles.booming_model import Motion, booming_model
-from deboom.vehicles.expected_change import Information, change_draws, expected_change, stated
+from deboom.vehicles.booming_model import CatalogueModel, Motion, booming_model
+from deboom.vehicles.expected_change import (
+    Information,
+    change_draws,
+    expected_change,
+    expected_or_why,
+    half_width_of_others,
+    stated,
+)
 from deboom.vehicles.fleet import Fleet
 from samples.driven_cars import BAND, CASE, GROUP, coupled_model
 
@@ -83,6 +92,50 @@ def test_losses_as_variables_change_no_draw_where_they_stay(platform):
     assert np.all(np.abs(of_split.predicted[2]) > 0.05)
 
 
+@pytest.fixture(scope="module")
+def at_rest(platform):
+    """Return fleet and model without receptances, and the data measured again twice."""
+    fleet = Fleet(tuple(replace(vehicle, receptance=None) for vehicle in platform.fleet.vehicles))
+    model = coupled_model(platform, fleet)
+    again = list(uncertain_index(model, replace(platform, fleet=fleet), ()).draws(2, 1))
+    return fleet, model, again
+
+
+def with_stiffer_parts(mounts, model, factor):
+    """Return a catalogue of today's parts and of ones that are stiffer in all directions."""
+    (case,) = model.cases
+    stiffer = case.with_stiffness(factor * np.hstack([body.stiffness for body in case.bodies]))
+    return CatalogueModel(mounts, (model, replace(model, cases=(stiffer,))), (2,) * len(mounts))
+
+
+def test_parts_of_a_catalogue_change_what_factors_of_their_stiffness_do(platform, at_rest):
+    fleet, model, again = at_rest
+    designs = np.hstack([np.zeros((2, 4)), PICKS])
+    designs[1, 1] = 1.0  # the stiffer part at the second mount, re-tuned to 0.9
+    designs[1, 4 + 3 : 4 + 6] = 0.9
+    factors = designs[:, 4:].copy()
+    factors[1, 3:6] *= 1.25
+    catalogue, *of_again = (
+        with_stiffer_parts(platform.mounts, each, 1.25) for each in (model, *again)
+    )
+    by_parts = change_draws(catalogue, of_again, fleet, platform.mounts, designs)
+    by_factors = change_draws(model, again, fleet, platform.mounts, factors)
+    np.testing.assert_allclose(by_parts.predicted, by_factors.predicted, atol=1e-9)
+    np.testing.assert_allclose(by_parts.drawn, by_factors.drawn, atol=1e-9)
+
+
+def test_vehicles_with_parts_of_their_own_are_told_each_its_own_change(platform, at_rest):
+    fleet, model, again = at_rest
+    each = np.tile(PICKS[:, np.newaxis], (1, 5, 1))
+    each[1, ::2] = PICKS[0]
+    own = change_draws(model, again, fleet, platform.mounts, each)
+    same = change_draws(model, again, fleet, platform.mounts, PICKS)
+    assert own.drawn.shape == same.drawn.shape
+    np.testing.assert_allclose(own.drawn[:, 0], same.drawn[:, 0], atol=1e-9)
+    np.testing.assert_allclose(own.drawn[:, 1, ::2], same.drawn[:, 0, ::2], atol=1e-9)
+    np.testing.assert_allclose(own.predicted_peak[1, 1::2], same.predicted_peak[1, 1::2])
+
+
 def test_drawn_bodies_keep_what_was_measured(platform):
     fleet = fleet_of(platform)
     lines = fleet.vehicles[0].receptance.frequency[::2]
@@ -123,6 +176,17 @@ def test_more_information_narrows_and_the_seed_decides(platform):
         assert np.all(shown.mean.high - shown.mean.low < (cars.high - cars.low).max(axis=1))
         assert np.all(shown.worst.expected >= shown.mean.expected)
         widths.append(np.mean(cars.high[0] - cars.low[0]))
+        words, told = expected_sentence(shown.of(0), -2.0), information is Information.receptances
+        assert ("The loudest line of a car is expected to change by" in words) == told
+        assert ("The loudest line of a car may change by" in words) != told
+        report = Report("cars", "what is expected?")
+        report_expected(report, shown, ["first", "second"], group.names)
+        table = report.tables["expected"].set_index(["design", "vehicle"])
+        assert ("loudest line, expected [dB]" in table) == told
+        row = table.loc[("second", group.names[3])]
+        assert row["change, to [dB]"] == cars.high[1, 3]
+        assert row["loudest line, from [dB]"] == shown.peaks.low[1, 3]
+        assert row["change in the model [dB]"] == shown.predicted[1, 3]
     assert widths[0] > widths[2]
     first, other, same = (
         change_draws(model, again, at_rest, platform.mounts, PICKS, seed=seed).drawn
@@ -142,16 +206,29 @@ def test_a_pick_that_changes_nothing_has_an_interval_about_nothing(platform):
     np.testing.assert_allclose(shown.cars.low, -half, atol=1e-9)
 
 
-def test_nothing_is_expected_where_nothing_was_judged(platform):
-    at_rest = Fleet(tuple(replace(v, receptance=None) for v in platform.fleet.vehicles))
+def test_a_group_of_vehicles_tells_by_how_much_the_mean_of_others_may_differ():
+    # t(0.95, 1) = 6.3138 (any table), s = 1/sqrt(2), two vehicles
+    assert half_width_of_others(np.array([-3.0, -2.0])) == pytest.approx(6.3138 * 0.5, rel=1e-4)
+    assert np.isnan(half_width_of_others(np.array([-3.0])))
+    five = np.random.default_rng(1).normal(-2.0, 0.7, (2000, 5))
+    held = [abs(each.mean() + 2.0) <= half_width_of_others(each) for each in five]
+    assert np.mean(held) == pytest.approx(0.9, abs=0.02)
+
+
+def test_nothing_is_expected_where_nothing_was_judged(platform, at_rest):
+    fleet, model, _ = at_rest
     data = platform.mounts, PICKS
     prescribed = booming_model(
-        at_rest, platform.mounts, [(platform.load_case(CASE), 1.0)], BAND, motion=Motion.prescribed
+        fleet, platform.mounts, [(platform.load_case(CASE), 1.0)], BAND, motion=Motion.prescribed
     )
     with pytest.raises(InputError, match="no expected change, because the powertrain's motion is"):
-        expected_change(prescribed, [prescribed], at_rest, *data)
-    model = coupled_model(platform, at_rest)
+        expected_change(prescribed, [prescribed], fleet, *data)
+    assert expected_or_why(prescribed, lambda: None).startswith("no expected change, because")
     with pytest.raises(InputError, match="receptances are asked for, and 5 vehicles have none"):
-        expected_change(model, [model], at_rest, *data, information=Information.receptances)
+        expected_change(model, [model], fleet, *data, information=Information.receptances)
     with pytest.raises(InputError, match="needs data measured again"):
-        expected_change(model, [], at_rest, *data)
+        expected_change(model, [], fleet, *data)
+    text = expected_or_why(model, lambda: expected_change(model, [], fleet, *data))
+    assert text == (
+        "no expected change, because an expected change needs data measured again: draw some"
+    )

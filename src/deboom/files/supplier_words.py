@@ -97,7 +97,10 @@ WORDS: Mapping[str, Word] = {
     "sigma_part": Word("share of the scatter", "Anteil der Streuung", PER_CENT, 1),
     "design": Word("design", "Entwurf"),
     "level": Word("mean level", "mittlerer Pegel", "dB(A)", 1),
-    "change": Word("change", "Änderung", DB, 2),
+    "expected_change": Word("expected change", "erwartete Änderung", DB, 1),
+    "expected_low": Word("from, 90 %", "von, 90 %", DB, 1),
+    "expected_high": Word("to, 90 %", "bis, 90 %", DB, 1),
+    "change": Word("change in the model", "Änderung im Modell", DB, 2),
     "change_half_width": Word("± 90 %, measurements", "± 90 %, Messungen", DB, 2),
     "other_model": Word(
         "change by a second vehicle model", "Änderung im zweiten Fahrzeugmodell", DB, 2

@@ -52,6 +52,12 @@ class UncertainIndex:
         for draw in range(n_draws):
             yield self.again(draw, seed, only)
 
+    @property
+    def on_bodies_at_rest(self) -> UncertainIndex:
+        """The same without receptances, as an expected change takes it: bodies are drawn apart."""
+        at_rest = Fleet(tuple(replace(v, receptance=None) for v in self.data.fleet.vehicles))
+        return replace(self, data=replace(self.data, fleet=at_rest))
+
     def expected_change(
         self,
         picks: npt.ArrayLike,
@@ -64,13 +70,9 @@ class UncertainIndex:
 
         Parameters and errors as of `deboom.vehicles.expected_change.expected_change`.
         """
-        # bodies are drawn apart: what is measured again stands on bodies at rest
-        at_rest = Fleet(tuple(replace(v, receptance=None) for v in self.data.fleet.vehicles))
-        on_rest = replace(self, data=replace(self.data, fleet=at_rest))
-        again = list(on_rest.draws(REPETITIONS, seed))
         return expected_change(
             self.index,
-            again,
+            list(self.on_bodies_at_rest.draws(REPETITIONS, seed)),
             self.data.fleet,
             self.platform.mounts,
             picks,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,7 @@ from deboom.common import PERCENT, listed
 from deboom.files.sound import run_up_files
 from deboom.mounts.mount import Mount
 from deboom.plot.style import signed
-from deboom.report import Sound
+from deboom.report import Report, Sound
 from deboom.vehicles.booming_peaks import PeakChange
 from deboom.vehicles.expected_change import SHARE, ExpectedChange, Information, Interval
 from deboom.vehicles.fleet_front import COMMON_PERCENTILE, FleetFront
@@ -61,12 +61,12 @@ def vehicle_table(
     design: RealArray,
     *,
     target: RealArray,
-    expected: ExpectedChange | None = None,
+    expected: ExpectedChange | str = "",
 ) -> pd.DataFrame:
     """Tabulate what a design does to each vehicle: level, change with its interval, peaks, cars.
 
     - `target` (v,): level that cars shall not exceed [dB(A)].
-    - `expected`: what is expected of the design; None: nothing.
+    - `expected`: what is expected of the design, or why nothing is.
     - returns a row per vehicle, of a large fleet those that gain least, and one of their mean.
     """
     cars = fleet.cars(design)
@@ -79,7 +79,7 @@ def vehicle_table(
         "today [dB(A)]": before[rows].tolist(),
         "after [dB(A)]": after[rows].tolist(),
         "change [dB]": (after - before)[rows].tolist(),
-        EXPECTED: ["" if expected is None else _cell(expected.cars.of(row)) for row in rows],
+        **expected_column(expected, rows),
         "loudest peak [dB(A)]": [_loudest(changes[fleet.vehicles[row]]) for row in rows],
         "worst peak [dB]": [_worst(changes[fleet.vehicles[row]]) for row in rows],
         "cars in target [%]": share[rows].tolist(),
@@ -88,12 +88,11 @@ def vehicle_table(
     if len(fleet.vehicles) > 1:
         whose = "mean" if fleet.weights is None else "weighted mean"
         levels = (float(fleet.mean(each)) for each in (before, after, after - before))
-        of_mean = "" if expected is None else _cell(expected.mean)
-        means = (whose, *levels, of_mean, "", "", float(fleet.mean(share)), None)
+        of_mean = [] if isinstance(expected, str) else [_cell(expected.mean)]
+        means = (whose, *levels, *of_mean, "", "", float(fleet.mean(share)), None)
         for column, value in zip(table, means, strict=True):
             table[column].append(value)
-    frame = pd.DataFrame(table)
-    return frame.drop(columns=EXPECTED) if expected is None else frame
+    return pd.DataFrame(table)
 
 
 def weights_sentence(fleet: FleetFront) -> str:
@@ -112,9 +111,20 @@ VEHICLE_DECIMALS = {"change [dB]": 1, "cars in target [%]": 1}
 """Of the columns of `vehicle_table` that their units do not decide."""
 
 
+def expected_column(
+    expected: ExpectedChange | str, rows: Iterable[int], of: str = ""
+) -> dict[str, list[object]]:
+    """Return a column with what is expected in some vehicles, by their rows; or none.
+
+    - `of`: what changes, before the column's name.
+    """
+    if isinstance(expected, str):
+        return {}
+    return {f"{of}{EXPECTED}": [_cell(expected.cars.of(row)) for row in rows]}
+
+
 def _cell(interval: Interval) -> str:
-    ends = f"{signed(float(interval.low), 1)} to {signed(float(interval.high), 1)}"
-    return f"{signed(float(interval.expected), 1)} ({ends})"
+    return f"{signed(float(interval.expected), 1)} ({_ends(interval)})"
 
 
 def _loudest(changes: Sequence[PeakChange]) -> str:
@@ -157,13 +167,21 @@ def peaks_sentence(fleet: FleetFront, design: RealArray) -> str:
     )
 
 
-def expected_sentence(expected: ExpectedChange, predicted: float) -> str:
-    """Say what cars are expected to show of a predicted mean change [dB], and what is known."""
-    worst = expected.worst
+def expected_sentence(expected: ExpectedChange | str, predicted: float) -> str:
+    """Say what cars are expected to show of one design, and what is known of them.
+
+    - `expected`: of the design, or the sentence that says why nothing is expected.
+    - `predicted`: mean change in the model [dB].
+    """
+    if isinstance(expected, str):
+        return f"{expected[0].upper()}{expected[1:]}. In the model: {signed(predicted, 1)} dB."
+    worst = ""
+    if len(expected.predicted) > 1:
+        worst = f"; in the car that gains least {expected_words(expected.worst)}"
     return (
-        f"Expected in these cars: {_expected(expected.mean)}; in the car that gains least "
-        f"{_expected(worst)}. The model says {signed(predicted, 1)} dB: it leaves out bodies that "
-        "give way, warmer or older rubber, and amplitudes. Of the bodies "
+        f"Expected in these cars: {expected_words(expected.mean)}{worst}. The model says "
+        f"{signed(predicted, 1)} dB: it leaves out bodies that give way, warmer or older rubber, "
+        f"and amplitudes. {_loudest_line(expected)}. Of the bodies "
         f"{KNOWN_OF_BODIES[expected.information]}."
     )
 
@@ -176,9 +194,77 @@ KNOWN_OF_BODIES = {
 """What an interval rests on, and what would make it narrower."""
 
 
-def _expected(interval: Interval) -> str:
-    ends = f"{signed(float(interval.low), 1)} to {signed(float(interval.high), 1)}"
-    return f"{signed(float(interval.expected), 1)} dB ({ends}, {PERCENT * SHARE:.0f} %)"
+def expected_on_average(expected: ExpectedChange | str, predicted: float) -> str:
+    """Write the mean change that a verdict states: the expected one, else the model's [dB]."""
+    if isinstance(expected, str):
+        return f"{signed(predicted, 1)} dB on average in the model"
+    mean = expected.mean
+    return f"{signed(float(mean.expected), 1)} dB expected on average ({_ends(mean)})"
+
+
+def expected_words(interval: Interval) -> str:
+    """Write an expected change with its interval [dB]."""
+    expected = signed(float(interval.expected), 1)
+    return f"{expected} dB ({_ends(interval)}, {PERCENT * SHARE:.0f} %)"
+
+
+def _loudest_line(expected: ExpectedChange) -> str:
+    """Say what the loudest line may do; how much it is expected to, receptances alone tell."""
+    peaks, each = expected.peaks, " for each" * (len(expected.predicted) > 1)
+    bounds = Interval(peaks.expected, peaks.low.min(), peaks.high.max())
+    if expected.information is not Information.receptances:
+        return (
+            f"The loudest line of a car may change by {_ends(bounds)} dB "
+            f"({PERCENT * SHARE:.0f} %{each})"
+        )
+    changes = {signed(float(end(peaks.expected)), 1): None for end in (np.min, np.max)}
+    return (
+        f"The loudest line of a car is expected to change by {' to '.join(changes)} dB "
+        f"({_ends(bounds)}, {PERCENT * SHARE:.0f} %{each})"
+    )
+
+
+def _ends(interval: Interval) -> str:
+    return f"{signed(float(interval.low), 1)} to {signed(float(interval.high), 1)}"
+
+
+def expected_numbers(expected: ExpectedChange | str, vehicles: Sequence[str]) -> dict[str, float]:
+    """Return the keys of summary.json of one design: vehicles, their mean, the worst [dB]."""
+    if isinstance(expected, str):
+        return {}
+    parts = {name: expected.cars.of(row) for row, name in enumerate(vehicles)}
+    numbers: dict[str, float] = {}
+    for name, part in {**parts, "mean": expected.mean, "worst": expected.worst}.items():
+        key = f"expected_change_db_{name}"
+        numbers |= {key: float(part.expected), f"{key}_low": float(part.low)}
+        numbers[f"{key}_high"] = float(part.high)
+    return numbers
+
+
+def report_expected(
+    report: Report,
+    expected: ExpectedChange | str,
+    designs: Sequence[str],
+    vehicles: Sequence[str],
+) -> None:
+    """Add the file of what is expected of each design in each vehicle, where something is.
+
+    - `expected`: of designs in their order, arrays (n, v).
+    """
+    if isinstance(expected, str):
+        return
+    names, rows = np.meshgrid(designs, vehicles, indexing="ij")
+    table: dict[str, object] = {"design": names.ravel(), "vehicle": rows.ravel()}
+    bounds = {"change": expected.cars, "loudest line": expected.peaks}
+    for what, interval in bounds.items():
+        if what == "change" or expected.information is Information.receptances:
+            table[f"{what}, expected [dB]"] = interval.expected.ravel()
+        table |= {
+            f"{what}, from [dB]": interval.low.ravel(),
+            f"{what}, to [dB]": interval.high.ravel(),
+        }
+    table["change in the model [dB]"] = expected.predicted.ravel()
+    report.table("expected", pd.DataFrame(table))
 
 
 def other_changes_sentence(*, unseen: float, prescribed: float, old_stops: float) -> str:

@@ -24,8 +24,8 @@ from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.expected_change import (
     ExpectedChange,
+    expected_or_why,
     half_width_of_others,
-    why_unexpected,
 )
 from deboom.vehicles.fleet_front import FleetFront
 from deboom.vehicles.free_directions import DirectionFreedom, free_directions
@@ -128,20 +128,18 @@ class PlatformFront:
     def expected(self) -> ExpectedChange | str:
         """Changes that cars show of all picks, in their order; or why none is expected."""
         picks = np.stack(list(self.front.pick_designs.values()))
-        if reason := why_unexpected(self.index):
-            return reason
-        try:
-            return uncertain_index(self.index, self.platform, self.runs.parts).expected_change(
+        return expected_or_why(
+            self.index,
+            lambda: uncertain_index(self.index, self.platform, self.runs.parts).expected_change(
                 picks, weights=self.fleet.weights, seed=self.front.search.seed
-            )
-        except InputError as error:
-            return f"no expected change, because {error}"
+            ),
+        )
 
     @property
-    def expected_of_best(self) -> ExpectedChange | None:
-        """What is expected of best-mean, arrays of one row; None where nothing is."""
+    def expected_of_best(self) -> ExpectedChange | str:
+        """What is expected of best-mean; or why nothing is."""
         if isinstance(self.expected, str):
-            return None
+            return self.expected
         return self.expected.of(list(self.front.pick_designs).index(Pick.best_mean))
 
     @property

@@ -21,9 +21,12 @@ from deboom.pages.front import report_front
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,
     abbreviations,
+    expected_numbers,
+    expected_on_average,
     expected_sentence,
     other_changes_sentence,
     peaks_sentence,
+    report_expected,
     run_up_sounds,
     spelled_out,
     vehicle_table,
@@ -93,7 +96,8 @@ def front_report(view: PlatformFront) -> Report:
         key = re.sub(r"\W+", "_", name)
         report.summary[f"mean_change_db_{key}"] = float(mean[name])
         report.summary[f"sigma_change_percent_{key}"] = float(sigma[name])
-    report.summary |= _expected_numbers(view)
+    report.summary |= expected_numbers(view.expected_of_best, view.fleet.vehicles)
+    report_expected(report, view.expected, list(view.front.picks), view.fleet.vehicles)
     report.summary["sigma_bias_percent"] = view.front.sigma_bias_percent
     report.summary["mean_bias_db_per_line"] = view.front.mean_bias * view.front.per_line
     report.summary |= motion.summary | view.front.counts
@@ -130,8 +134,10 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     for column in view.telling:
         report.tile(f"{view.front.variables[column]} × {best[column]:.2f}", "of today's stiffness")
     expected = view.expected_of_best
-    if expected is None:
-        report.tile(f"{signed(mean, 1)} dB", "at the driver's ear, mean of vehicles and lines")
+    if isinstance(expected, str):
+        report.tile(
+            f"{signed(mean, 1)} dB", "in the model at the driver's ear, mean of vehicles and lines"
+        )
     else:
         report.tile(
             f"{signed(float(expected.mean.expected), 1)} dB",
@@ -147,7 +153,7 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
 
     report.answer(
         _verdict(view, mean),
-        expected_sentence(expected, mean) if expected else f"How sure: {view.expected}.",
+        expected_sentence(expected, mean),
         other_changes_sentence(
             unseen=view.unseen,
             prescribed=view.with_prescribed_motion,
@@ -167,7 +173,7 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         + (
             " Levels, change and peaks are the model's; expected and its interval are of cars as "
             "they are."
-            if expected
+            if not isinstance(expected, str)
             else ""
         ),
         wide=True,
@@ -194,31 +200,14 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     )
 
 
-def _expected_numbers(view: PlatformFront) -> dict[str, float]:
-    """Return what is expected of best-mean in each vehicle, in their mean and in the worst [dB]."""
-    expected = view.expected_of_best
-    if expected is None:
-        return {}
-    parts = {name: expected.cars.of(row) for row, name in enumerate(view.fleet.vehicles)}
-    numbers: dict[str, float] = {}
-    for name, part in {**parts, "mean": expected.mean, "worst": expected.worst}.items():
-        key = f"expected_change_db_{name}"
-        numbers |= {key: float(part.expected), f"{key}_low": float(part.low)}
-        numbers[f"{key}_high"] = float(part.high)
-    return numbers
-
-
 def _verdict(view: PlatformFront, mean: float) -> str:
     """Say what to build and what it brings, or that nothing is noticeably quieter.
 
     - `mean`: change of the mean level by best-mean [dB].
     """
     changes, expected = view.fleet.splv_change(view.best), view.expected_of_best
-    average = f"{signed(mean, 1)} dB on average"
-    if expected is not None:
+    if not isinstance(expected, str):
         changes = expected.cars.expected
-        ends = f"{signed(float(expected.mean.low), 1)} to {signed(float(expected.mean.high), 1)}"
-        average = f"{signed(float(expected.mean.expected), 1)} dB expected on average ({ends})"
     order = np.argsort(-changes, kind="stable")
     by_vehicle = ""
     if len(order) > 1:
@@ -228,6 +217,7 @@ def _verdict(view: PlatformFront, mean: float) -> str:
             f"{signed(changes[least], 1)} in {view.fleet.vehicles[least]}"
         )
     peaks = peaks_sentence(view.fleet, view.best)
+    average = expected_on_average(expected, mean)
     effect = f"{average}{by_vehicle}; in the model {peaks}."
     if mean > -NOTICEABLE:
         return f"Leave today's mounts: no design of the search is noticeably quieter. {effect}"
@@ -362,7 +352,8 @@ def _sound(report: Report, view: PlatformFront) -> None:
     report.panel(
         f"Hear {view.fleet.vehicles[loudest]}, the loudest today",
         *sounds,
-        f"Run-up, {view.load_case.title}; full scale {scale:.2g} Pa in both. Use headphones.",
+        f"Run-up of the model, {view.load_case.title}; full scale {scale:.2g} Pa in both. Use "
+        "headphones.",
     )
 
 

@@ -213,7 +213,7 @@ def described_orders(time_run: str, tracked: TrackedRun, path: Path) -> list[str
 
 
 VIRTUAL_GROUP = "U06"
-"""Of the virtual fleet: vehicles of one drawing."""
+"""Of the virtual fleet: vehicles of one drawing, of which the last carries a battery."""
 
 
 def given_vehicles(

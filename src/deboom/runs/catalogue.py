@@ -14,10 +14,13 @@ from deboom.errors import InputError
 from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.files.library_export import library_parts, read_library_json
 from deboom.files.platform import CATALOGUE_FILE
+from deboom.files.uncertain_index import REPETITIONS, uncertain_index
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.surface_forces import Outside, as_mounted, surface_forces
 from deboom.vehicles.booming_model import CatalogueModel, Motion
+from deboom.vehicles.expected_change import ExpectedChange, expected_change
 from deboom.vehicles.platform import LIBRARY_FILE, Platform, Runs
+from deboom.vehicles.uncertain_data import BUDGET, SHAKER
 
 TODAY = "today's"
 
@@ -134,14 +137,61 @@ def catalogue_index(
             "parts of a catalogue cannot be combined under amplitude motion: use one of "
             f"{[Motion.prescribed.value, Motion.coupled.value]}"
         )
-    levels = [runs.model(motion)]
+    levels = tuple(each.model(motion) for each in _runs_of_parts(runs, catalogue, outside))
+    return CatalogueModel(runs.platform.mounts, levels, catalogue.n_parts)
+
+
+def _runs_of_parts(runs: Runs, catalogue: Catalogue, outside: Outside) -> list[Runs]:
+    """Return the runs with the forces of each part number, today's first.
+
+    A mount with fewer parts repeats its last one.
+    """
+    every = [runs]
     for number in range(1, max(catalogue.n_parts)):
-        mounts = [parts[min(number, len(parts) - 1)] for parts in catalogue.parts.values()]
+        parts = tuple(mine[min(number, len(mine) - 1)] for mine in catalogue.parts.values())
         cases = [
-            (surface_forces(case, mounts, outside).load_case, weight) for case, weight in runs.cases
+            (surface_forces(case, parts, outside).load_case, weight) for case, weight in runs.cases
         ]
-        levels.append(replace(runs, cases=cases).model(motion))
-    return CatalogueModel(runs.platform.mounts, tuple(levels), catalogue.n_parts)
+        by_name = {case.name: case for case, _ in cases}
+        load_cases = tuple(by_name.get(case.name, case) for case in runs.platform.load_cases)
+        platform = replace(runs.platform, load_cases=load_cases)
+        every.append(replace(runs, platform=platform, cases=cases, parts=parts))
+    return every
+
+
+def expected_of_sets(
+    index: CatalogueModel,
+    runs: Runs,
+    catalogue: Catalogue,
+    outside: Outside,
+    designs: RealArray,
+    *,
+    weights: RealArray | None,
+    seed: int,
+) -> ExpectedChange:
+    """State the expected change by sets of parts, re-tuned, against today's.
+
+    - `index`: of the catalogue, see `catalogue_index`.
+    - `designs` (n, n_mount + k): part numbers, then stiffness factors [1].
+    - `weights`, `seed`: as of `deboom.vehicles.expected_change.expected_change`.
+    - raises InputError: see there.
+    """
+    every = []
+    for number, each in enumerate(_runs_of_parts(runs, catalogue, outside)):
+        uncertain = uncertain_index(index.models[number], each.platform, each.parts)
+        # each part was set up on its own to be characterised; motion and cabin were measured once
+        sources = tuple(
+            replace(source, name=f"{source.name}, part {number}")
+            if number and source.name in (SHAKER, BUDGET)
+            else source
+            for source in uncertain.data.sources
+        )
+        data = replace(uncertain.data, sources=sources)
+        every.append(replace(uncertain, data=data).on_bodies_at_rest.draws(REPETITIONS, seed))
+    again = [replace(index, models=models) for models in zip(*every, strict=True)]
+    return expected_change(
+        index, again, runs.fleet, index.mounts, designs, weights=weights, seed=seed
+    )
 
 
 def ordered_stiffness(

@@ -1,4 +1,4 @@
-"""Hear a front: the run-up at the driver's ear, today and with a pick, as WAV files."""
+"""Hear a front: the model's run-up at the driver's ear, today and with a pick, as WAV files."""
 
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ def write_run_ups(
     -------
     list of Path
         ``<vehicle> today.wav`` and ``<vehicle> <pick>.wav``, 16 bit, one full scale for all; last
-        ``listen.json`` with that scale [Pa], the band [Hz] and the time [s].
+        ``listen.json`` with that scale [Pa], the band [Hz] and the time [s], and that the model is
+        heard.
 
     Raises
     ------
@@ -73,6 +74,7 @@ def write_run_ups(
         replace_bytes(paths[-1], sound)
     facts = {
         "run": run.entry.name,
+        "heard": "the model without scatter; the run's page has what cars are expected to show",
         "load_case": model.load_case_names[0],
         "full_scale_Pa": scale,
         "first_Hz": float(model.frequency[0]),

@@ -391,12 +391,13 @@ class CompressorSheet(PartSheet):
             "cars, without scatter. Share of the variance of that level, where the stiffnesses "
             "vary within the bounds: by this one alone, and with others (Sobol indices); share of "
             "the scatter between cars as built. Errors of the measurements and of the model are "
-            "not in these numbers.",
+            "not in these numbers: no expected change of a compressor's mounts was ever judged.",
             "Mittlerer Pegel der ersten Ordnung des Verdichters am Fahrerohr, Mittel über Linien "
             "und Fahrzeuge, ohne Streuung. Anteil an der Varianz dieses Pegels, wenn die "
             "Steifigkeiten in den Grenzen variieren: durch diese allein, und mit anderen "
             "(Sobol-Indizes); Anteil an der Streuung zwischen gebauten Fahrzeugen. Fehler der "
-            "Messungen und des Modells sind in diesen Zahlen nicht enthalten.",
+            "Messungen und des Modells sind in diesen Zahlen nicht enthalten: eine erwartete "
+            "Änderung durch Verdichterlager wurde nie beurteilt.",
         )
 
     @property

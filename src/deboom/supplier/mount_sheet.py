@@ -221,6 +221,12 @@ class MountSheet(PartSheet):
             study.mean(study.index(study.space.nominal[np.newaxis])[0]) * study.per_vehicle
         )
         other, names = effects.other_motion(), list(effects.designs)
+        expected = effects.expected
+        stated: dict[str, RealArray] = {}
+        if not isinstance(expected, str):
+            mean = expected.mean
+            bounds = np.column_stack([mean.expected, mean.low, mean.high])
+            stated = {"": np.full(3, NAN), **dict(zip(names, bounds, strict=True))}
         words = {"": "design today", self.part: "design part", ALL: "design all"}
         rows: list[dict[str, object]] = []
         for name, word in words.items():
@@ -229,6 +235,9 @@ class MountSheet(PartSheet):
             change = float(study.mean(effects.change[name])) if name else 0.0
             interval = effects.certainty["change"]
             row: dict[str, object] = {"design": self.word(word), "level": today + change}
+            if stated:
+                keys = ("expected_change", "expected_low", "expected_high")
+                row |= dict(zip(keys, stated[name].tolist(), strict=True))
             row["change"] = change if name else NAN
             row["change_half_width"] = (
                 float(interval.half_width[names.index(name)]) if name else NAN
@@ -252,16 +261,27 @@ class MountSheet(PartSheet):
             "an der Varianz dieses Pegels, wenn alle Steifigkeiten in den Grenzen variieren: durch "
             "diese allein, und mit anderen (Sobol-Indizes).",
         )
-        if "other_model" in self.levels:
-            return text + self.say(
-                " A second model of the vehicle gives the last column: the difference is the "
-                "model's own uncertainty.",
-                " Ein zweites Modell des Fahrzeugs gibt die letzte Spalte: der Unterschied ist die "
-                "Unsicherheit des Modells selbst.",
+        if isinstance(self.effects.expected, str):
+            text += self.say(
+                " No expected change follows from this model and these data: the model's own error "
+                "is not in ±.",
+                " Aus diesem Modell und diesen Daten folgt keine erwartete Änderung: der Fehler "
+                "des Modells selbst ist nicht in ±.",
             )
-        return text + self.say(
-            " The model's own error is not in ±.", " Der Fehler des Modells selbst ist nicht in ±."
-        )
+        else:
+            text += self.say(
+                " The expected change is that of cars as they are; its 90 % interval also holds "
+                "what bodies, rubber and amplitudes may do. The change beside it is the model's.",
+                " Die erwartete Änderung ist die der Fahrzeuge, wie sie sind; ihr 90-%-Intervall "
+                "enthält auch, was Karosserien, Gummi und Amplituden bewirken können. Die Änderung "
+                "daneben ist die des Modells.",
+            )
+        if "other_model" in self.levels:
+            text += self.say(
+                " A second model of the vehicle gives the last column.",
+                " Ein zweites Modell des Fahrzeugs gibt die letzte Spalte.",
+            )
+        return text
 
     @cached_property
     def variants(self) -> pd.DataFrame:

@@ -32,6 +32,7 @@ from deboom.pages.motion import factor_name
 from deboom.pages.sensitivity import TENTH
 from deboom.vehicles.booming_model import Motion, model_of_other_data
 from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.expected_change import ExpectedChange, expected_or_why
 from deboom.vehicles.powertrain import KinematicModel, MonotoneCurve, library_model
 
 REPETITIONS = 120
@@ -132,6 +133,19 @@ class SupplierEffects:
     def uncertain(self) -> UncertainIndex:
         """The run's index with the errors of its data."""
         return uncertain_index(self.study.index, self.study.platform, self.study.parts)
+
+    @cached_property
+    def expected(self) -> ExpectedChange | str:
+        """What cars are expected to show of `designs`, in their order; or why nothing is."""
+        study = self.study
+        return expected_or_why(
+            study.index,
+            lambda: self.uncertain.expected_change(
+                np.stack(list(self.designs.values())),
+                weights=study.model.weights,
+                seed=study.run.seed,
+            ),
+        )
 
     def other_motion(self) -> tuple[str, dict[str, float]] | None:
         """Compute the changes under the other model of the motion, mean over the vehicles [dB].

@@ -174,7 +174,7 @@ class BoomingModel:
         - returns (n, v): [dB(A)]; minus infinity where a design silences a line completely.
         - raises InputError: designs of another shape, or not finite.
         """
-        factors = self._factors(designs)
+        factors = self.case_factors(designs)
         total = np.full((len(factors), len(self.response_names)), self._one_pascal)
         for weight, summed in zip(self.weights, self._level_sums, strict=True):
             total += weight * summed(factors)
@@ -193,7 +193,7 @@ class BoomingModel:
           ∂SPLV_nv/∂x_nk``, shape (o, n, k) [dB(A) per unit factor].
         - raises InputError: designs of another shape, or not finite.
         """
-        factors = self._factors(designs)
+        factors = self.case_factors(designs)
         total = np.full((len(factors), len(self.response_names)), self._one_pascal)
         pulls = []
         for weight, summed in zip(self.weights, self._level_sums, strict=True):
@@ -223,7 +223,7 @@ class BoomingModel:
         - raises InputError: a load case that does not count here; designs of another shape, or not
           finite.
         """
-        return self._case(load_case).pressure(self._factors(designs))
+        return self._case(load_case).pressure(self.case_factors(designs))
 
     def paths(
         self, design: npt.ArrayLike, vehicle: str, load_case: str | None = None
@@ -238,7 +238,7 @@ class BoomingModel:
         if vehicle not in self.response_names:
             raise InputError(f"no vehicle {vehicle!r}: use one of {list(self.response_names)}")
         place, case = self.response_names.index(vehicle), self._case(load_case)
-        row = self._factors(np.atleast_2d(design))
+        row = self.case_factors(np.atleast_2d(design))
         if isinstance(case, PathContributions):
             return PathAnalysis(
                 vehicle, self.frequency, case.values[place] * row[0], case.variable_names
@@ -278,7 +278,7 @@ class BoomingModel:
         the derivative large, and good for small steps only. With loss factors and ``z = x y``:
         ``∂/∂x = ∂/∂x|_z + y ∂/∂z``, ``∂/∂y = x ∂/∂z``.
         """
-        factors = self._factors(designs)
+        factors = self.case_factors(designs)
         total = np.zeros((len(factors), len(self.response_names), factors.shape[1]))
         for weight, case in zip(self.weights, self.cases, strict=True):
             with np.errstate(divide="ignore", invalid="ignore"):
@@ -313,8 +313,8 @@ class BoomingModel:
                 preload.append(0.0 if case.ratio is None else case.ratio.clipped(designs).mean())
         return float(np.mean(amplitude or 0.0)), float(np.mean(preload or 0.0))
 
-    def _factors(self, designs: npt.ArrayLike) -> RealArray:
-        """Return checked factors of the cases' variables."""
+    def case_factors(self, designs: npt.ArrayLike) -> RealArray:
+        """Return checked factors of the cases' variables, of designs (n, k)."""
         rows = checked_designs(designs, self.variable_names)
         if not self.loss_factors:
             return rows
@@ -505,7 +505,7 @@ class CatalogueModel:
           or of no part.
         """
         splv = np.empty((len(np.atleast_2d(designs)), len(self.response_names)))
-        for rows, model, factors in self._sets(designs):
+        for rows, model, factors in self.sets(designs):
             splv[rows] = model(factors)
         return splv
 
@@ -517,11 +517,11 @@ class CatalogueModel:
         """
         shape = len(np.atleast_2d(designs)), len(self.response_names), self.n_lines
         levels = np.empty(shape)
-        for rows, model, factors in self._sets(designs):
+        for rows, model, factors in self.sets(designs):
             levels[rows] = model.levels(factors, load_case)
         return levels
 
-    def _sets(
+    def sets(
         self, designs: npt.ArrayLike
     ) -> Iterator[tuple[npt.NDArray[np.intp], BoomingModel, RealArray]]:
         """Yield rows of the designs that have the same parts, their model and their factors."""

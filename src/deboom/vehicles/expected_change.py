@@ -10,7 +10,7 @@ stand in `deboom.vehicles.change_prior`.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -18,14 +18,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy.stats import t as student
 
-from deboom.arrays import BoolArray, ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray
 from deboom.errors import InputError
 from deboom.explore.space import checked_designs
 from deboom.measurement.uncertainty import complex_normals
 from deboom.mounts.mount import Mount
 from deboom.physics.sound_level import spl
 from deboom.vehicles import change_prior as prior
-from deboom.vehicles.booming_model import BoomingModel, Motion
+from deboom.vehicles.booming_model import BoomingModel, CatalogueModel, Motion
 from deboom.vehicles.coupled_motion import CoupledMotion, FlexibleMotion, spring_shares, vars_of
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Fleet, Vehicle, paths_into, relative_noise
@@ -71,6 +71,7 @@ class ExpectedChange:
     - `mean`, `worst`: mean of the vehicles, and the vehicle that gains least, (n,) [dB].
     - `peaks`: loudest line of the first load case, in each vehicle, (n, v) [dB]. Without
       receptances its expected value says little: state the bounds alone.
+    - `predicted`: `cars` as the model of the data has it, (n, v) [dB].
     """
 
     information: Information
@@ -78,11 +79,14 @@ class ExpectedChange:
     mean: Interval
     worst: Interval
     peaks: Interval
+    predicted: RealArray
 
     def of(self, pick: int) -> ExpectedChange:
         """Return what is expected of one pick, by its row."""
-        parts = (self.cars, self.mean, self.worst, self.peaks)
-        return ExpectedChange(self.information, *(part.of(pick) for part in parts))
+        cars, mean, worst, peaks = (
+            part.of(pick) for part in (self.cars, self.mean, self.worst, self.peaks)
+        )
+        return ExpectedChange(self.information, cars, mean, worst, peaks, self.predicted[pick])
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,14 +104,28 @@ class ChangeDraws:
     drawn_peak: RealArray
 
 
-def why_unexpected(model: BoomingModel) -> str:
+Model = BoomingModel | CatalogueModel
+"""Levels by stiffness factors, or by parts of a catalogue and their factors."""
+
+
+def expected_or_why(model: Model, expect: Callable[[], ExpectedChange]) -> ExpectedChange | str:
+    """Return what is expected of a model's change, or the sentence that says why nothing is."""
+    reason = _why_unexpected(model)
+    try:
+        return reason or expect()
+    except InputError as error:
+        return f"no expected change, because {error}"
+
+
+def _why_unexpected(model: Model) -> str:
     """Say why nothing is expected of a model's change; empty where something is."""
-    if model.motion is Motion.prescribed:
+    today = _with_todays_parts(model)
+    if today.motion is Motion.prescribed:
         return (
             "no expected change, because the powertrain's motion is prescribed: a car answers "
             "other stiffnesses with another motion; search with coupled motion"
         )
-    if model.motion is Motion.amplitude or model.factor is Factor.part:
+    if today.motion is Motion.amplitude or today.factor is Factor.part:
         return (
             "no expected change, because it was judged with factors of the dynamic stiffness in "
             "coupled motion alone: search with these"
@@ -115,9 +133,13 @@ def why_unexpected(model: BoomingModel) -> str:
     return ""
 
 
+def _with_todays_parts(model: Model) -> BoomingModel:
+    return model.models[0] if isinstance(model, CatalogueModel) else model
+
+
 def expected_change(
-    model: BoomingModel,
-    again: Sequence[BoomingModel],
+    model: Model,
+    again: Sequence[Model],
     fleet: Fleet,
     mounts: Sequence[Mount],
     picks: npt.ArrayLike,
@@ -130,16 +152,17 @@ def expected_change(
 
     Parameters
     ----------
-    model : BoomingModel
+    model : BoomingModel or CatalogueModel
         Coupled motion of the data as measured, with factors of the dynamic stiffness.
-    again : sequence of BoomingModel
+    again : sequence of the same
         The same of the data measured again, see `deboom.vehicles.uncertain_data`.
     fleet : Fleet
         The model's vehicles, with the receptances of their bodies or without.
     mounts : sequence of Mount
         Mounts of the platform.
-    picks : array_like, shape (n, k)
-        Designs; today's parts have all factors 1 [1].
+    picks : array_like, shape (n, k) or (n, v, k)
+        Designs, the same in all vehicles or one for each [1]. Today's parts have all factors 1, and
+        of a catalogue number 0.
     information : Information, optional
         What of the bodies is used; by default receptances where there are any.
     weights : array, shape (v,), optional
@@ -150,8 +173,8 @@ def expected_change(
     Raises
     ------
     InputError
-        A model of which nothing is expected, see `why_unexpected`; no vehicle has a receptance, and
-        driving points or receptances are asked for; no model of data measured again.
+        A model of which nothing is expected, see `expected_or_why`; no vehicle has a receptance,
+        and driving points or receptances are asked for; no model of data measured again.
 
     Notes
     -----
@@ -178,6 +201,7 @@ def stated(draws: ChangeDraws, weights: RealArray | None = None) -> ExpectedChan
         peaks=interval(
             draws.predicted_peak, draws.drawn_peak, prior.PEAK_CENTRE, prior.PEAK_WIDTH[key]
         ),
+        predicted=draws.predicted,
     )
 
 
@@ -212,8 +236,8 @@ def half_width_of_others(changes: RealArray) -> float:
 
 
 def change_draws(
-    model: BoomingModel,
-    again: Sequence[BoomingModel],
+    model: Model,
+    again: Sequence[Model],
     fleet: Fleet,
     mounts: Sequence[Mount],
     picks: npt.ArrayLike,
@@ -222,7 +246,7 @@ def change_draws(
     seed: int = 1,
 ) -> ChangeDraws:
     """Draw changes by picks; parameters and errors as of `expected_change`."""
-    if reason := why_unexpected(model):
+    if reason := _why_unexpected(model):
         raise InputError(reason)
     if not again:
         raise InputError("an expected change needs data measured again: draw some")
@@ -233,18 +257,15 @@ def change_draws(
             f"{information.value} are asked for, and {told.count(False)} vehicles have none: "
             "measure them in all vehicles, or take the bodies as unknown"
         )
-    rows = checked_designs(np.atleast_2d(np.asarray(picks, dtype=float)), model.variable_names)
-    designs = np.vstack([np.ones((1, rows.shape[1])), rows])
+    each = np.atleast_2d(np.asarray(picks, dtype=float))
+    n_variable = len(model.variable_names)
+    today = np.ones(n_variable)
+    today[: n_variable - len(_with_todays_parts(model).variable_names)] = 0.0
+    rows = checked_designs(each.reshape(-1, each.shape[-1]), model.variable_names)
+    designs = np.vstack([today, rows])
     lines = np.arange(0, model.n_lines, LINE_STEP)
     bodies = _Bodies.of(fleet, mounts, model.frequency[lines], information)
-    measured = [
-        [
-            _Case.of(case.at_lines(lines), designs, model)
-            for case in other.cases
-            if isinstance(case, CoupledMotion)
-        ]
-        for other in again
-    ]
+    measured = [_cases_of(other, designs, lines) for other in again]
     of_model = [model.levels(designs, name) for name in model.load_case_names]
     predicted = _changes(of_model, model.weights)
     on_fewer = _changes([levels[..., lines] for levels in of_model], model.weights)
@@ -255,7 +276,31 @@ def change_draws(
         levels = [case.levels(body, rubber) for case in measured[number % len(measured)]]
         drawn.append(_changes(levels, model.weights))
     mean, peak = np.moveaxis(np.array(drawn) + (predicted - on_fewer), 1, 0)
-    return ChangeDraws(information, predicted[0], mean, predicted[1], peak)
+    changes = predicted[0], mean, predicted[1], peak
+    if each.ndim > 2:  # each vehicle with its own design
+        shape = (*each.shape[:2], len(fleet.vehicles))
+        changes = tuple(
+            values.reshape(values.shape[:-2] + shape).diagonal(axis1=-2, axis2=-1)
+            for values in changes
+        )
+    return ChangeDraws(information, *changes)
+
+
+def _cases_of(model: Model, designs: RealArray, lines: IntArray) -> list[_Case]:
+    """Return the load cases on some lines, with the springs of designs and of the parts in them."""
+    today, cases = _with_todays_parts(model), []
+    sets = [(np.arange(len(designs)), today, designs)]
+    if isinstance(model, CatalogueModel):
+        sets = list(model.sets(designs))
+    for number, case in enumerate(today.cases):
+        assert isinstance(case, CoupledMotion)
+        springs = np.empty((len(designs), len(lines), case.variables.size), dtype=complex)
+        for rows, of_parts, factors in sets:
+            moved = of_parts.cases[number]
+            assert isinstance(moved, CoupledMotion)
+            springs[rows] = moved.at_lines(lines).springs(of_parts.case_factors(factors))
+        cases.append(_Case.of(case.at_lines(lines), springs, loss_factors=today.loss_factors))
+    return cases
 
 
 def _changes(levels: Sequence[RealArray], weights: Sequence[float]) -> RealArray:
@@ -306,18 +351,17 @@ class _Case:
     mounts: tuple[str, ...]
 
     @classmethod
-    def of(cls, case: CoupledMotion, designs: RealArray, model: BoomingModel) -> _Case:
-        """Take the motion of a model's case, and join elastic and lossy springs of a direction."""
+    def of(cls, case: CoupledMotion, of_designs: ComplexArray, *, loss_factors: bool) -> _Case:
+        """Take the motion of a model's case, and join elastic and lossy springs of a direction.
+
+        - `of_designs` (n, f, s): stiffness of the case's springs in every design [N/m].
+        """
         bodies, springs, first = [], [], 0
-        if model.loss_factors:
-            stiffness, loss = np.split(designs, 2, axis=1)
-            designs = np.hstack([stiffness, stiffness * loss])
-        of_designs = case.springs(designs)
         for body in case.bodies:
             n = body.variables.size
             of_body = of_designs[..., first : first + n]
             first += n
-            if model.loss_factors:
+            if loss_factors:
                 n //= 2
                 of_body = of_body[..., :n] + of_body[..., n:]
                 body = replace(

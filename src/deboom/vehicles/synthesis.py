@@ -726,10 +726,30 @@ class Validation:
     @cached_property
     def spread(self) -> LevelSpread | None:
         """Of the measured levels of vehicles with the first mount set; None for a single one."""
-        first = self.syntheses[0].driven.mount_set
-        alike = [synthesis for synthesis in self.syntheses if synthesis.driven.mount_set == first]
-        levels = [synthesis.comparisons[ON_ROAD].levels[0] for synthesis in alike]
+        levels = list(self._levels.values())
         return level_spread(levels) if len(levels) > 1 else None
+
+    @cached_property
+    def spread_without(self) -> tuple[str, LevelSpread] | None:
+        """The vehicle without which the median line spreads least; None for fewer than three."""
+        levels = self._levels
+        if len(levels) < 3:
+            return None
+        others = {
+            name: level_spread([levels[other] for other in levels if other != name])
+            for name in levels
+        }
+        return min(others.items(), key=lambda item: item[1].quantile(0.5))
+
+    @property
+    def _levels(self) -> dict[str, RealArray]:
+        """Measured levels of the vehicles with the first mount set."""
+        first = self.syntheses[0].driven.mount_set
+        return {
+            synthesis.driven.vehicle.name: synthesis.comparisons[ON_ROAD].levels[0]
+            for synthesis in self.syntheses
+            if synthesis.driven.mount_set == first
+        }
 
     @property
     def true_shapes(self) -> RealArray | None:

@@ -11,7 +11,7 @@ from deboom.explore import search as search_module
 from deboom.explore.descent import converged_front, is_smooth, objectives_and_gradients
 from deboom.explore.front import common_box
 from deboom.explore.moments import Objective
-from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
 from deboom.explore.search import Search, nsga2, searched
 from deboom.explore.space import stiffness_factor_space
@@ -117,8 +117,7 @@ class FirstWithSlope(First):
         return np.tile(np.eye(1, SPACE.n_variables), (len(designs), 1, 1))
 
 
-FIRST = FirstWithSlope()
-AT_LEAST = Limits((Limit("first", "1", at_least=1.10),))
+AT_LEAST = Objective("nominal", response=FirstWithSlope(), unit="1").at_least(1.10)
 
 
 def test_an_algorithm_ends_early_only_where_descents_own_the_whole_front(monkeypatch):
@@ -126,20 +125,20 @@ def test_an_algorithm_ends_early_only_where_descents_own_the_whole_front(monkeyp
     budget = {**BUDGET, "generations": 4}
     front = deboom.search(ROBUST, **budget)
     assert front.search.stopped == "3 generations, ended after 24 evaluations"
-    for others in (
-        {"polish": False},
-        {"until": deboom.Until(seconds=1e6)},
-        {"limits": DesignLimits(FIRST, AT_LEAST)},
-    ):
+    for others in ({"polish": False}, {"until": deboom.Until(seconds=1e6)}):
         assert deboom.search(ROBUST, **budget, **others).search.stopped == "4 generations"
+    limited = replace(ROBUST, limits=[AT_LEAST])
+    assert deboom.search(limited, **budget).search.stopped == "4 generations"
 
 
 def test_limits_of_the_worst_drawn_part_leave_the_search_to_nsga2():
-    every_part = DesignLimits(FIRST, Limits((Limit("first", "1", at_least=0.8),)), ROBUST)
-    assert deboom.search(ROBUST, **BUDGET, limits=every_part).search.n_evaluated == 16
-    assert not is_smooth(ROBUST, every_part)
-    assert is_smooth(ROBUST, DesignLimits(FIRST, AT_LEAST))
-    assert not is_smooth(ROBUST, DesignLimits(First(), AT_LEAST))
+    smallest = Objective("smallest", response=FirstWithSlope(), unit="1").at_least(0.8)
+    every_part = replace(ROBUST, limits=[smallest])
+    assert deboom.search(every_part, **BUDGET).search.n_evaluated == 16
+    assert not is_smooth(every_part)
+    assert is_smooth(replace(ROBUST, limits=[AT_LEAST]))
+    plain = Objective("nominal", response=First(), unit="1").at_least(1.10)
+    assert not is_smooth(replace(ROBUST, limits=[plain]))
 
 
 @pytest.mark.parametrize(
@@ -161,17 +160,15 @@ def test_descents_keep_the_limits_of_the_response_and_of_the_design():
     """Beside both limits the front reaches what it reaches in a space cut where the limit is."""
     bound = 0.18
     kept = Objective("mean", response="y2").at_most(bound)
-    limited = replace(ROBUST, limits=[kept])
-    limits = DesignLimits(FIRST, AT_LEAST)
     begin = {"seed": 1, "begin": np.array([[1.15, 1.0, 1.0, 1.0]])}
-    values = converged_front(limited, limits=limits, **begin)
+    values = converged_front(replace(ROBUST, limits=[kept, AT_LEAST]), **begin)
     assert values.feasible.all()
     assert values.excess.shape[1] == 2
     assert values.mean[:, 1].max() == pytest.approx(bound, abs=1e-6)
     assert values.designs[:, 0].min() == pytest.approx(1.10, abs=1e-4)
     lower, middle = np.array([1.10, 0.8, 0.8, 0.8]), np.array([1.15, 1.0, 1.0, 1.0])
     cut = replace(SPACE, lower=lower, nominal=middle)
-    alone = converged_front(replace(limited, space=cut), **begin)
+    alone = converged_front(replace(ROBUST, limits=[kept], space=cut), **begin)
     other = alone.objectives
     box = common_box([values.objectives, other])
     assert box.hypervolume(values.objectives) == pytest.approx(box.hypervolume(other), rel=1e-4)

@@ -15,7 +15,8 @@ from pymoo.optimize import minimize
 from deboom.errors import InputError
 from deboom.explore import search as search_module
 from deboom.explore.front import hypervolume, nondominated, pareto_front
-from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust, RobustEvaluation
+from deboom.explore.moments import Limit, Objective
+from deboom.explore.robust import Robust, RobustEvaluation
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import FAILED_OBJECTIVE, RobustProblem, Search, merge, nsga2
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
@@ -47,10 +48,17 @@ def total(designs):
     return np.column_stack([designs.sum(axis=1), designs[:, 0]])
 
 
-def limited(sum_at_most=4.1, first=(0.95, 1.05), function=total, **changes):
-    response = ResponseFunction(function, SPACE.names, ("sum", "first"), "kg")
-    limits = Limits((Limit("sum", "kg", at_most=sum_at_most), Limit("first", "kg", *first)))
-    return LimitedResponse(ROBUST, response, limits, **changes)
+def limited(sum_at_most=4.1, first=(0.95, 1.05), function=total):
+    names = ("sum", "first")
+    numbers = [
+        Objective(
+            "nominal",
+            response=ResponseFunction(lambda x, k=k: function(x)[:, k], SPACE.names, (name,), "kg"),
+        )
+        for k, name in enumerate(names)
+    ]
+    limits = [Limit(numbers[0], at_most=sum_at_most), Limit(numbers[1], *first)]
+    return replace(ROBUST, limits=limits)
 
 
 class _Recording(RobustEvaluation):
@@ -313,10 +321,10 @@ def test_what_was_kept_of_another_search_is_refused_by_name(changes, words):
 def test_the_front_keeps_all_limits_and_the_others_are_kept_with_their_excess():
     response = limited()
     search = nsga2(response, Search(24, 12, seed=1))
-    assert np.all(response.excess(search.front.designs) <= 0.0)
+    assert np.all(search.front.excess <= 0.0)
     assert np.all(total(search.front.designs)[:, 0] <= 4.1)
     assert 0 < search.infeasible.sum() < search.n_evaluated == 24 * 12
-    beyond = response.excess(search.evaluated.designs)
+    beyond = response(search.evaluated.designs).excess
     np.testing.assert_array_equal(search.evaluated.excess, beyond)
     np.testing.assert_array_equal(beyond.max(axis=1) > 0.0, search.infeasible)
 

@@ -24,8 +24,8 @@ from scipy.optimize import minimize
 from deboom.arrays import RealArray
 from deboom.common import Progress
 from deboom.explore.front import nondominated, pareto_front
-from deboom.explore.moments import MEAN_SUM, Draws, Objective
-from deboom.explore.robust import DesignLimits, Robust, RobustValues
+from deboom.explore.moments import Draws, Limit, Objective
+from deboom.explore.robust import Limits, Robust, RobustValues, numbers_of_designs
 from deboom.explore.scatter import ToleranceSample, ToleranceSampler
 from deboom.explore.space import DesignSpace, generator
 
@@ -90,31 +90,7 @@ class Linearisable(Protocol):
         """
 
 
-class SmoothNumber(NamedTuple):
-    """A weighted sum over the responses of a statistic that has derivatives.
-
-    - `objective`: of the statistic.
-    - `shares` (r,): weight of each response [1].
-    """
-
-    objective: Objective
-    shares: RealArray
-
-
-def smooth_number(robust: Robust, objective: Objective) -> SmoothNumber | None:
-    """Return a number of a response, or the sum of all, that has a gradient; None of others."""
-    names = robust.evaluate.response_names
-    if objective.rule.by_draw is None or objective.worst:
-        return None
-    if objective.response is None:
-        shares = np.ones(len(names)) if robust.weights is None else robust.weights
-        return SmoothNumber(objective, shares)
-    if not isinstance(objective.response, str):
-        return None
-    return SmoothNumber(objective, np.eye(len(names))[names.index(objective.response)])
-
-
-def is_smooth(robust: Robust, limits: DesignLimits | None = None) -> bool:
+def is_smooth(robust: Robust) -> bool:
     """Say whether two objectives of a robust response, and all limits, have gradients.
 
     They do for means, sigmas and other statistics with derivatives of a `Linearisable` model whose
@@ -124,12 +100,10 @@ def is_smooth(robust: Robust, limits: DesignLimits | None = None) -> bool:
     """
     return (
         len(robust.objectives) == 2
-        and len(_minimised(robust)) == 2
+        and all(_has_gradient(robust, objective) for objective in robust.objectives)
         and isinstance(robust.sample, ToleranceSample)
         and not robust.nominal_mean
-        and _bounds(robust) is not None
-        and (limits is None or limits.every_part is None)
-        and (limits is None or hasattr(limits.requirements, "gradient"))
+        and not without_gradient(robust)
         and not robust.space.integer.any()
         and bool(np.any(robust.space.upper > robust.space.lower))
         and isinstance(robust.evaluate, Linearisable)
@@ -137,37 +111,31 @@ def is_smooth(robust: Robust, limits: DesignLimits | None = None) -> bool:
     )
 
 
-def _minimised(robust: Robust) -> list[SmoothNumber]:
-    """Return the objectives that have a gradient."""
-    numbers = (smooth_number(robust, objective) for objective in robust.objectives)
-    return [number for number in numbers if number is not None]
+def without_gradient(robust: Robust) -> list[Limit]:
+    """Return the limits of a robust response that descents cannot keep."""
+    return [
+        limit
+        for limit in robust.limits.limits
+        if not all(_has_gradient(robust, each.number) for each in _of_each(robust, limit))
+    ]
 
 
-class _Bound(NamedTuple):
-    """A bound of a number, which must lie below it (sign 1) or above it (sign -1)."""
+def _has_gradient(robust: Robust, number: Objective) -> bool:
+    """Say whether a number has a gradient, apart from what the model may lack."""
+    if number.is_of_design:
+        return not number.worst and hasattr(number.response, "gradient")
+    return number.shares(robust.evaluate.response_names, robust.weights) is not None
 
-    number: SmoothNumber
-    sign: float
-    value: float
 
-
-def _bounds(robust: Robust) -> list[_Bound] | None:
-    """Return what limits a robust response; None where something limited has no gradient."""
-    bounds: list[_Bound] = []
-    if robust.limits is None:
-        return bounds
-    for limit, stated in zip(robust.limits.limits, robust.limits.numbers, strict=True):
-        objective, each = stated.objective, [stated.objective]
-        if objective.worst and objective.response is None and np.isinf(limit.at_least):
-            # the largest is below a bound if all are
-            names = robust.evaluate.response_names
-            each = [replace(objective, worst=False, response=name) for name in names]
-        for number in (smooth_number(robust, entry) for entry in each):
-            if number is None:
-                return None
-            sides = ((-1.0, limit.at_least), (1.0, limit.at_most))
-            bounds += [_Bound(number, *side) for side in sides if np.isfinite(side[1])]
-    return bounds
+def _of_each(robust: Robust, limit: Limit) -> list[Limit]:
+    """Return a limit, or one of each response in place of that of the worst one from above."""
+    number = limit.number
+    if number.worst and number.response is None and np.isinf(float(limit.at_least)):
+        # the largest is below a bound if all are
+        names = robust.evaluate.response_names
+        each = [replace(number, worst=False, response=name) for name in names]
+        return [replace(limit, number=one) for one in each]
+    return [limit]
 
 
 def objectives_and_gradients(
@@ -199,16 +167,21 @@ def objectives_and_gradients(
     derivatives of the objective by the responses: ``1/n`` for the mean,
     ``(y_tr − mean_r) / (σ_r (n − 1))`` for the sigma of plain moments.
     """
-    numbers = _minimised(robust)
+    numbers = list(robust.objectives)
     if each_mean:
-        r = len(robust.evaluate.response_names)
-        numbers += [SmoothNumber(MEAN_SUM, shares) for shares in np.eye(r)]
-    objectives, gradients = _linearised(robust, design, numbers)
+        numbers += [Objective("mean", response=name) for name in robust.evaluate.response_names]
+    objectives, gradients = _linearised(robust, design, numbers, _shares(robust, numbers))
     return objectives, gradients()
 
 
+def _shares(robust: Robust, numbers: Sequence[Objective]) -> RealArray:
+    """Return the weights of the responses in each number that is smooth, (o, r)."""
+    names = robust.evaluate.response_names
+    return np.array([cast(Any, number.shares(names, robust.weights)) for number in numbers])
+
+
 def _linearised(
-    robust: Robust, design: RealArray, numbers: Sequence[SmoothNumber]
+    robust: Robust, design: RealArray, numbers: Sequence[Objective], shares: RealArray
 ) -> tuple[RealArray, Callable[[], RealArray]]:
     """Return several numbers (o,) of a design, and a function that returns their gradients (o, k).
 
@@ -219,16 +192,18 @@ def _linearised(
     made_per_design, added = robust.made_terms(design)
     values, pull_back = model.linearised(design * made_per_design + added)
     derivatives = robust.prepared(design).derivatives(values)
-    draws = Draws(values, derivatives.mean, derivatives.sigma)
+    draws = Draws(
+        values, derivatives.mean, derivatives.sigma, lambda: robust.evaluate(design[np.newaxis])[0]
+    )
     sums = [
-        np.einsum("r,r->", shares, objective.rule.of(draws, objective))
-        for objective, shares in numbers
+        np.einsum("r,r->", share, number.rule.of(draws, number))
+        for number, share in zip(numbers, shares, strict=True)
     ]
 
     def gradients() -> RealArray:
-        # a number without derivatives is no `SmoothNumber`
-        by_draw = [cast(Any, objective.rule.by_draw)(derivatives) for objective, _ in numbers]
-        weights = [number.shares * slope for number, slope in zip(numbers, by_draw, strict=True)]
+        # a number without derivatives has no shares
+        by_draw = [cast(Any, number.rule.by_draw)(derivatives) for number in numbers]
+        weights = [share * slope for share, slope in zip(shares, by_draw, strict=True)]
         slopes = pull_back(np.array(weights))
         return np.asarray(np.einsum("otk,tk->ok", slopes, made_per_design))
 
@@ -240,35 +215,58 @@ class _Problem:
     """Two objectives and the excess over limits of a design, with their gradients."""
 
     robust: Robust
-    limits: DesignLimits | None = None
 
     @cached_property
-    def _bounds(self) -> list[_Bound]:
-        return _bounds(self.robust) or []
+    def _over_draws(self) -> Limits:
+        """Limits of numbers over the scatter."""
+        limits = (limit for limit in self.robust.limits.limits if not limit.number.is_of_design)
+        return Limits(tuple(each for limit in limits for each in _of_each(self.robust, limit)))
 
     @cached_property
-    def _numbers(self) -> list[SmoothNumber]:
-        return _minimised(self.robust) + [bound.number for bound in self._bounds]
+    def _of_design(self) -> Limits:
+        """Limits of numbers of the design itself."""
+        limits = self.robust.limits.limits
+        return Limits(tuple(limit for limit in limits if limit.number.is_of_design))
+
+    @cached_property
+    def _numbers(self) -> list[Objective]:
+        return [*self.robust.objectives, *(limit.number for limit in self._over_draws.limits)]
+
+    @cached_property
+    def _shares(self) -> RealArray:
+        return _shares(self.robust, self._numbers)
 
     def __call__(self, design: RealArray) -> tuple[RealArray, Callable[[], RealArray]]:
         """Return the objectives and the excess of a design, and a function for their gradients.
 
         - returns: (2 + c,), and a function that returns (2 + c, k).
         """
-        numbers, slopes = _linearised(self.robust, design, self._numbers)
-        signs = np.ones(len(numbers))
-        for row, (_, sign, value) in enumerate(self._bounds, 2):
-            numbers[row], signs[row] = sign * (numbers[row] - value), sign
-        if self.limits is None:
-            return numbers, lambda: slopes() * signs[:, np.newaxis]
-        limits, requirements = self.limits.limits, cast(Any, self.limits.requirements)
-        excess = limits.excess(requirements(design[np.newaxis]))[0]
+        numbers, slopes = _linearised(self.robust, design, self._numbers, self._shares)
+        if not self.robust.limits:
+            return numbers, slopes
+        of_design = [limit.number for limit in self._of_design.limits]
+        of_limits = numbers_of_designs(of_design, design[np.newaxis])
 
         def gradients() -> RealArray:
-            of_limits = limits.excess_slopes(requirements.gradient(design[np.newaxis])[0])
-            return np.vstack([slopes() * signs[:, np.newaxis], of_limits])
+            over_draws = slopes()
+            rows = [
+                cast(Any, number.response).gradient(design[np.newaxis])[0].sum(axis=0)
+                for number in of_design
+            ]
+            of_numbers = np.array(rows).reshape(len(of_design), design.size)
+            return np.vstack(
+                [
+                    over_draws[:2],
+                    self._over_draws.excess_slopes(over_draws[2:]),
+                    self._of_design.excess_slopes(of_numbers),
+                ]
+            )
 
-        return np.concatenate([numbers, excess]), gradients
+        excess = [
+            self._over_draws.excess(numbers[np.newaxis, 2:])[0],
+            self._of_design.excess(of_limits)[0],
+        ]
+        return np.concatenate([numbers[:2], *excess]), gradients
 
 
 class _Point(NamedTuple):
@@ -439,7 +437,6 @@ def converged_front(
     robust: Robust,
     *,
     seed: int,
-    limits: DesignLimits | None = None,
     begin: RealArray | None = None,
     progress: Progress | None = None,
 ) -> RobustValues:
@@ -451,8 +448,6 @@ def converged_front(
         Response for which `is_smooth` holds.
     seed : int
         Seed from 1 upwards of the random designs that find the branches.
-    limits : DesignLimits, optional
-        What designs must keep, beside the limits of the response.
     begin : array, shape (n, k), optional
         Designs within all limits from which descents begin too, by the first objective, such as the
         front of another search [units of the space]. Random designs seldom are within limits.
@@ -486,12 +481,12 @@ def converged_front(
         return np.where(free, random.random(free.size), 0.0)
 
     stages = _Stages(progress)
-    few = _Problem(replace(robust, sample=_first_draws(robust.sample, FEW_DRAWS)), limits)
+    few = _Problem(replace(robust, sample=_first_draws(robust.sample, FEW_DRAWS)))
     size, worst = _scale(few, np.array([place() for _ in range(16)]))
     guides = _guides(space, begin)
     ends, branches = _branches(_Landscape(few, size, worst), place, guides)
     stages.done("branches of the front")
-    landscape = _Landscape(_Problem(robust, limits), size, worst)
+    landscape = _Landscape(_Problem(robust), size, worst)
     net = _Net(landscape, _ends(landscape, ends, branches, guides))
     stages.done("both ends")
     for guide in guides:
@@ -508,8 +503,7 @@ def converged_front(
     kept = np.array(landscape.beyond) <= 0.0
     places, reached = np.array(landscape.places)[kept], np.array(landscape.values)[kept]
     places = np.vstack([places[nondominated(reached)], *net.lines()])
-    evaluated = robust if limits is None else limits.around(robust)
-    values = evaluated(space.lower + places * (space.upper - space.lower))
+    values = robust(space.lower + places * (space.upper - space.lower))
     stages.done("lines between neighbours")
     return pareto_front(values)
 
@@ -556,7 +550,7 @@ def _scale(problem: _Problem, places: RealArray) -> tuple[RealArray, RealArray]:
     values = problem.robust(designs)
     computed = values.objectives[~values.failed]
     excess = np.empty((len(designs), 0))
-    if problem.robust.limits is not None or problem.limits is not None:
+    if problem.robust.limits:
         excess = np.array([problem(design)[0][2:] for design in designs])
         excess = excess[np.isfinite(excess).all(axis=1)]
     if len(computed) == 0:

@@ -38,11 +38,11 @@ from deboom.explore.front import hypervolume, pareto_front, replicates, thinned,
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
 from deboom.explore.result import Front, SearchResult, UnverifiedSearchError, merge
 from deboom.explore.robust import (
-    Around,
-    DesignLimits,
+    Limits,
     Robust,
     RobustEvaluation,
     RobustValues,
+    RobustWrapper,
     chosen,
     joined,
     kept_values,
@@ -117,7 +117,7 @@ class RobustProblem(Problem):
 
     def __init__(self, robust: RobustEvaluation, *, constraints: bool = True) -> None:
         space, limits = robust.space, robust.limits
-        n_constraints = 1 + (len(limits.names) if limits else 0) if constraints else 0
+        n_constraints = 1 + len(limits.names) if constraints else 0
         super().__init__(
             space.n_variables, robust.n_objectives, n_constraints, xl=space.lower, xu=space.upper
         )
@@ -139,7 +139,7 @@ class RobustProblem(Problem):
     def _constraints(self, values: RobustValues) -> RealArray:
         """Constraints, shape (n, 1 + c): at most 0 if they are kept."""
         failed, limits = values.failed[:, None], self.robust.limits
-        if limits is None:
+        if not limits:
             return np.where(failed, 1.0, -1.0)
         missed = np.minimum(values.excess / limits.scale, FAILED_OBJECTIVE)
         return np.hstack([np.where(failed, FAILED_OBJECTIVE, -1.0), missed])
@@ -272,7 +272,7 @@ def nsga2(
     Parameters
     ----------
     robust : RobustEvaluation
-        Response such as `Robust` or `deboom.explore.robust.LimitedResponse`.
+        Response such as `Robust`.
     settings : Search
         Algorithm, budget and seed of one search.
     progress : callable, optional
@@ -385,7 +385,7 @@ def _seconds_before(checkpoint: Store | None, facts: Mapping[str, Any]) -> float
     return float(facts_before["seconds"])
 
 
-class _Archive(Around):
+class _Archive(RobustWrapper):
     """Hands designs on to a robust response, once per generation, and keeps all values."""
 
     def __init__(self, robust: RobustEvaluation, store: Store | None) -> None:
@@ -454,7 +454,7 @@ class _Archive(Around):
         """Return what was found; refuse a search without a design that keeps all limits."""
         assert self.front is not None
         every = joined(self.generations)
-        if len(self.front) == 0 and self.limits is not None:
+        if len(self.front) == 0 and self.limits:
             infeasible = ~every.failed & ~every.feasible
             raise InputError(
                 f"none of the {len(every)} designs of this search keeps all limits: "
@@ -600,7 +600,6 @@ def searched(
     robust: Robust,
     settings: Search = Search(),
     *,
-    limits: DesignLimits | None = None,
     first_population: RealArray | None = None,
     workers: int = 1,
     scheduler: str | None = None,
@@ -614,10 +613,9 @@ def searched(
     """
     seeds = range(settings.seed, settings.seed + settings.searches)
     with workers_for(robust, workers, scheduler) as spread:
-        evaluated = spread if limits is None else limits.around(spread)
         results = [
             nsga2(
-                evaluated,
+                spread,
                 replace(settings, seed=seed),
                 progress=progress,
                 checkpoint=checkpoint(seed) if checkpoint else None,
@@ -641,7 +639,7 @@ def search(
     generations: int | None = None,
     seed: int | None = None,
     searches: int | None = None,
-    limits: DesignLimits | None = None,
+    limits: None = None,
     first_population: RealArray | Front | None = None,
     algorithm: str | Algorithm | None = None,
     until: Until | None = None,
@@ -680,8 +678,8 @@ def search(
         Seed from 1, by default 1; the same seed gives the same front for any number of workers.
     searches : int, optional
         Seeds from `seed` upwards, by default one, whose fronts are merged.
-    limits : DesignLimits, optional
-        What designs must keep.
+    limits : None
+        Refused: limits are those of ``Robust(limits=…)``.
     first_population : array, shape (n, k), Front or what `deboom.read_run` gives, optional
         Designs to begin with, any number [units of the space]; a Latin hypercube completes fewer
         than a population.
@@ -721,9 +719,9 @@ def search(
     Raises
     ------
     InputError
-        A budget, draws or a seed that cannot be; an algorithm for one objective; a model that
-        carries its limits itself; limits that no design keeps; a front that fails under the new
-        draws: its evaluations are the error's ``search``.
+        A budget, draws or a seed that cannot be; an algorithm for one objective; limits that no
+        design keeps; a front that fails under the new draws: its evaluations are the error's
+        ``search``.
 
     Examples
     --------
@@ -736,8 +734,13 @@ def search(
     """
     if not isinstance(robust, Robust):
         raise InputError(
-            f"{type(robust).__name__} cannot be verified: search a deboom.Robust, and give limits "
-            "as limits="
+            f"{type(robust).__name__} cannot be verified: search a deboom.Robust, which also takes "
+            "limits"
+        )
+    if limits is not None:
+        raise InputError(
+            "a search takes no limits: give them to the response, such as deboom.Robust(model, "
+            "space, limits=[deboom.Objective('nominal', response=price).at_most(5.0)])"
         )
     given: dict[str, Any] = {
         "population": population,
@@ -754,16 +757,15 @@ def search(
     if begin is not None and len(begin) < settings.population:
         rest = latin_hypercube(robust.space, settings.population, seed=settings.seed)[len(begin) :]
         begin = np.vstack([begin, rest])
-    free = limits is None and robust.limits is None
+    free = not robust.limits
     gradients = settings.polish and free and _smooth(robust)
-    converges = settings.polish and is_smooth(robust, limits)
+    converges = settings.polish and is_smooth(robust)
     if settings.until is None and converges and free:
         settings = replace(settings, until=Until(evaluations=BEFORE_DESCENTS))
     with progress_shown(progress, "search") as told:
         result = searched(
             robust,
             settings,
-            limits=limits,
             first_population=begin,
             workers=workers,
             scheduler=scheduler,
@@ -771,7 +773,7 @@ def search(
             checkpoint=checkpoint,
         )
         if converges:
-            result = _with_descents(robust, limits, result, seed=settings.seed, progress=told)
+            result = _with_descents(robust, result, seed=settings.seed, progress=told)
     rows = result.front
     if shown is not None:
         picked = _picked(robust, result.evaluated, polish=gradients)
@@ -785,7 +787,7 @@ def search(
         notes.append("Descents along exact gradients then brought the whole front to convergence.")
     elif gradients and shown is not None:
         notes.append("Its picks then went on by gradient.")
-    elif settings.polish and not gradients and is_smooth(replace(robust, limits=None)):
+    elif settings.polish and not gradients and is_smooth(replace(robust, limits=Limits())):
         notes.append("A limit has no gradient, so that the algorithm's designs are the front.")
     judge = replicates(robust, verified_with, seed=settings.seed)
     try:
@@ -808,7 +810,6 @@ def search(
 
 def _with_descents(
     robust: Robust,
-    limits: DesignLimits | None,
     result: SearchResult,
     *,
     seed: int,
@@ -816,12 +817,10 @@ def _with_descents(
 ) -> SearchResult:
     """Return a search whose front has converged by descents, which join its archive."""
     begun = time.perf_counter()
-    limited = limits is not None or robust.limits is not None
     values = converged_front(
         robust,
         seed=seed,
-        limits=limits,
-        begin=np.asarray(result.front.designs) if limited else None,
+        begin=np.asarray(result.front.designs) if robust.limits else None,
         progress=progress,
     )
     return replace(

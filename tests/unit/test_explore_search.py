@@ -363,6 +363,17 @@ def test_a_number_that_cannot_be_computed_keeps_no_limit():
     assert np.isfinite(out["G"]).all()
 
 
+@pytest.mark.parametrize("statistic", ["mean", "nominal"])
+def test_a_limited_number_that_no_design_has_is_named_and_not_the_model(statistic):
+    own = ResponseFunction(lambda x: np.full(len(x), np.nan), SPACE.names, ("price",), "EUR")
+    limit = replace(Objective(statistic, response=own).at_most(5.0), source="offer.csv")
+    robust = replace(ROBUST, limits=[limit])
+    assert not robust(SPACE.nominal[np.newaxis]).failed.any()
+    words = r"'.*price at most 5 EUR' \(offer\.csv\) could not be computed for any"
+    with pytest.raises(InputError, match=words):
+        nsga2(robust, Search(8, 1, seed=1))
+
+
 def test_searches_of_several_seeds_merge_into_one_front():
     searches = [nsga2(limited(), Search(20, 10, seed=seed)) for seed in (1, 2, 3)]
     merged = merge(searches)

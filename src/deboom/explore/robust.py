@@ -734,7 +734,8 @@ class Limits:
         ]
 
     @cached_property
-    def _rows(self) -> IntArray:
+    def rows(self) -> IntArray:
+        """Row of the limit of each bound, shape (c,)."""
         return np.array([row for row, *_ in self._sides], dtype=np.intp)
 
     @cached_property
@@ -765,39 +766,39 @@ class Limits:
         Negative where room is left [unit of the limit]; infinite where a number could not be
         computed.
         """
-        beyond = self._signs * (numbers[:, self._rows] - self._bounds)
+        beyond = self._signs * (numbers[:, self.rows] - self._bounds)
         return np.where(np.isnan(beyond), np.inf, beyond)
 
     def numbers(self, excess: RealArray) -> RealArray:
         """Return the limited numbers, (n, l) [unit of the limit], from their excess (n, c)."""
         numbers = np.empty((len(excess), len(self.limits)))
-        numbers[:, self._rows] = self._bounds + self._signs * excess
+        numbers[:, self.rows] = self._bounds + self._signs * excess
         return numbers
 
     def excess_slopes(self, gradients: RealArray) -> RealArray:
         """Return the derivatives of the excess, (c, k), from those of the numbers, (l, k)."""
-        return np.asarray(self._signs[:, np.newaxis] * gradients[self._rows])
+        return np.asarray(self._signs[:, np.newaxis] * gradients[self.rows])
 
     def closest(self, designs_excess: RealArray) -> str:
         """Say what the closest of designs that all miss a limit lacks, and what none keeps."""
         relative = designs_excess / self.scale
         row = int(np.argmin(relative.max(axis=1)))
         binding = int(np.argmax(relative[row]))
-        limit, missed = self.limits[self._rows[binding]], float(designs_excess[row, binding])
+        limit, missed = self.limits[self.rows[binding]], float(designs_excess[row, binding])
         if np.isinf(missed):
-            text = f"{self._stated(binding)} could not be computed for any"
+            text = f"{self.in_words(binding)} could not be computed for any"
         else:
             has = (self._bounds[binding] + self._signs[binding] * missed) / limit.n_lines
             text = (
-                f"the closest one misses {self._stated(binding)} by {missed / limit.n_lines:.3g} "
+                f"the closest one misses {self.in_words(binding)} by {missed / limit.n_lines:.3g} "
                 f"{limit.number.unit} (it has {has:.4g} {limit.number.unit})"
             )
         never = np.flatnonzero(np.all(designs_excess > 0.0, axis=0))
-        others = ", ".join(self._stated(int(side)) for side in never if side != binding)
+        others = ", ".join(self.in_words(int(side)) for side in never if side != binding)
         return f"{text}; none keeps {others} either" if others else text
 
-    def _stated(self, side: int) -> str:
-        """Return a bound in words, and who stated it."""
+    def in_words(self, side: int) -> str:
+        """Return a bound, by its column of the excess, in words, and who stated it."""
         row, sign, bound = self._sides[side]
         limit, words = self.limits[row], self.names[side]
         if limit.n_lines > 1:

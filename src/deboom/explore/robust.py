@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, Protocol, cast
+from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +28,6 @@ from deboom.explore.moments import (
     Draws,
     Estimator,
     Limit,
-    Moments,
     Objective,
     PreparedEstimator,
 )
@@ -531,10 +530,31 @@ class Robust:
         return None
 
     def numbers(self, designs: RealArray, numbers: Sequence[Objective]) -> RealArray:
-        """Return numbers (n, o) of designs (n, k), which must not fail in those that need draws."""
-        made = [_MadeDesign(self, design) for design in designs]
-        rows = [[each.number(number) for number in numbers] for each in made]
-        return np.array(rows).reshape(len(designs), len(numbers))
+        """Return numbers (n, o) of designs (n, k); NaN of a design that fails in its scatter."""
+        if all(number.is_of_design for number in numbers):
+            return numbers_of_designs(numbers, designs)
+        rows = np.full((len(designs), len(numbers)), np.nan)
+        for row, design in zip(rows, designs, strict=True):
+            try:
+                made = self._made_design(design)
+                row[:] = [made.number(number) for number in numbers]
+            except Exception as error:
+                said(error)
+        return rows
+
+    def _made_design(self, design: RealArray) -> _MadeDesign:
+        """Return one design (k,) as it is made, with its responses, not finite where it fails."""
+        parts = self.made(design)
+        values = responses(self.evaluate, parts)
+        mean, sigma, mean_error, sigma_error = self.prepared(design).moments(values, self.weights)
+
+        def nominal() -> RealArray:
+            return np.asarray(responses(self.evaluate, design[np.newaxis])[0])
+
+        if self.nominal_mean:
+            mean, mean_error = nominal(), 0.0
+        draws = Draws(values, mean, sigma, nominal)
+        return _MadeDesign(self, design, parts, draws, (mean_error, sigma_error))
 
     def _statistics(self, design: RealArray, limited: Sequence[Objective]) -> tuple[RealArray, str]:
         """Moments, their standard errors, objectives and limited numbers.
@@ -544,75 +564,53 @@ class Robust:
         n_numbers = 2 * len(self.evaluate.response_names) + 2 + self.n_objectives
         failed = np.full(n_numbers + len(limited), np.nan)
         try:
-            made = _MadeDesign(self, design)
-            if not np.all(np.isfinite(made.values)):
+            made = self._made_design(design)
+            if not np.all(np.isfinite(made.draws.values)):
                 return failed, "a response is not finite"
-            moments = made.moments
-            mean_error = 0.0 if self.nominal_mean else moments.mean_error
             numbers = [made.number(number) for number in (*self.objectives, *limited)]
         except Exception as error:
             return failed, said(error)
-        errors = [mean_error, moments.sigma_error]
-        statistics = np.concatenate([made.mean, moments.sigma, errors, numbers])
+        statistics = np.concatenate([made.draws.mean, made.draws.sigma, made.errors, numbers])
         if not np.all(np.isfinite(statistics[:n_numbers])):
             return failed, "a statistic of the responses is not finite"
         return statistics, ""
 
 
-class _MadeDesign:
-    """One design as it is made: draws, responses and numbers, computed when they are needed."""
+class _MadeDesign(NamedTuple):
+    """One design as it is made.
 
-    def __init__(self, robust: Robust, design: RealArray) -> None:
-        self.robust, self.design = robust, design
+    - `design` (k,), `parts` (n_samples, k): design, and the same draw by draw [units of the space].
+    - `draws`: responses of the model, whose mean may be the design's own response.
+    - `errors` (2,): standard errors of the sums of mean and sigma [response unit].
+    """
 
-    @cached_property
-    def parts(self) -> RealArray:
-        """The design draw by draw, (n_samples, k)."""
-        return self.robust.made(self.design)
-
-    @cached_property
-    def values(self) -> RealArray:
-        """Responses of the model draw by draw, (n_samples, r)."""
-        return responses(self.robust.evaluate, self.parts)
-
-    @cached_property
-    def moments(self) -> Moments:
-        """Mean and sigma of each response, and the errors of their sums."""
-        return self.robust.prepared(self.design).moments(self.values, self.robust.weights)
-
-    def nominal(self) -> RealArray:
-        """Return the responses of the design itself, (r,)."""
-        return np.asarray(responses(self.robust.evaluate, self.design[np.newaxis])[0])
-
-    @cached_property
-    def mean(self) -> RealArray:
-        """Mean of each response, or where wanted the response of the design itself, (r,)."""
-        if self.robust.nominal_mean:
-            return self.nominal()
-        return self.moments.mean
+    robust: Robust
+    design: RealArray
+    parts: RealArray
+    draws: Draws
+    errors: tuple[float, float]
 
     def number(self, number: Objective) -> float:
         """Return a number of the design."""
+        if number.response is None:
+            return number(self.draws, self.robust.weights)
         if number.is_of_design:
             return float(numbers_of_designs([number], self.design[np.newaxis])[0, 0])
-        if number.response is None:
-            draws = Draws(self.values, self.mean, self.moments.sigma, self.nominal)
-            return number(draws, self.robust.weights)
         if isinstance(number.response, str):
             at = [tuple(self.robust.evaluate.response_names).index(number.response)]
-            sigma = self.moments.sigma[at]
+            values, mean, sigma, _ = self.draws
             return number(
-                Draws(self.values[:, at], self.mean[at], sigma, lambda: self.nominal()[at])
+                Draws(values[:, at], mean[at], sigma[at], lambda: self.draws.nominal()[at])
             )
         of_designs = hasattr(number.response, "variable_names")
-        columns = columns_of(number, self.parts if of_designs else self.values)
+        columns = columns_of(number, self.parts if of_designs else self.draws.values)
         moments = self.robust.prepared(self.design).moments(columns)
         return number(
             Draws(
                 columns,
                 moments.mean,
                 moments.sigma,
-                lambda: columns_of(number, self.nominal()[np.newaxis])[0],
+                lambda: columns_of(number, self.draws.nominal()[np.newaxis])[0],
             )
         )
 

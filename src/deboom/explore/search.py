@@ -208,18 +208,23 @@ class Search:
     Parameters
     ----------
     population, generations : int
-        Designs per generation, at least 4, and most generations, at least 1.
+        Designs per generation, at least 4, and most generations, at least 1. Where gradients bring
+        the whole front to convergence, without limits and `until`, the algorithm ends with the
+        generation that completes `BEFORE_DESCENTS` evaluations; ``polish=False`` runs them all.
     seed : int
-        Seed from 1. The global random generators are neither read nor moved.
+        Seed from 1; the same seed gives the same front for any number of workers. The global random
+        generators are neither read nor moved.
     searches : int
         Seeds from `seed` upwards, whose fronts are merged.
     algorithm : str or pymoo algorithm
-        One of `ALGORITHMS`, or an algorithm of pymoo for several objectives, which is copied; its
-        own population then counts.
+        ``nsga2``, ``nsga3``, ``age-moea``, ``sms-emoa``, ``moead``, or an object of
+        ``pymoo.algorithms.moo`` for several objectives, which is copied; its own population then
+        counts.
     until : Until, optional
-        What ends the search before its last generation.
+        What ends the search before its last generation: seconds, evaluations, or a hypervolume that
+        stands still.
     polish : bool
-        Whether gradients follow the algorithm.
+        Whether gradients follow the algorithm; a model with ``smooth = False`` is left alone.
 
     Raises
     ------
@@ -667,31 +672,14 @@ def search(
     robust : Robust
         Mean and scatter of the responses.
     settings : Search
-        Algorithm, budget and seed; each of the keywords that are those of `deboom.Search` replaces
-        the one in it.
-    population, generations : int, optional
-        Designs per generation, at least 4, and most generations, at least 1; 100 by default. Where
-        gradients bring the whole front to convergence, without limits and `until`, the algorithm
-        ends with the generation that completes `BEFORE_DESCENTS` evaluations; ``polish=False`` runs
-        them all.
-    seed : int, optional
-        Seed from 1, by default 1; the same seed gives the same front for any number of workers.
-    searches : int, optional
-        Seeds from `seed` upwards, by default one, whose fronts are merged.
+        Algorithm, budget and seed, with their defaults.
+    population, generations, seed, searches, algorithm, until, polish : optional
+        Each replaces the one of `settings`; see `deboom.Search`.
     limits : None
         Refused: limits are those of ``Robust(limits=…)``.
     first_population : array, shape (n, k), Front or what `deboom.read_run` gives, optional
         Designs to begin with, any number [units of the space]; a Latin hypercube completes fewer
         than a population.
-    algorithm : str or pymoo algorithm, optional
-        ``nsga2``, the default, ``nsga3``, ``age-moea``, ``sms-emoa``, ``moead``, or an object of
-        ``pymoo.algorithms.moo``, whose own population then counts.
-    until : Until, optional
-        What ends the search before its last generation: seconds, evaluations, or a hypervolume
-        that stands still.
-    polish : bool, optional
-        Whether gradients follow NSGA-II, as by default; a model with ``smooth = False`` is left
-        alone.
     shown : int or None
         Designs of the front that are verified, those that add most to it, beside all picks; None:
         the whole front as it was searched, and no other design.

@@ -189,10 +189,10 @@ class SearchOptions:
 
     generations: Annotated[
         int, Option(help="Largest number of generations of the search.", callback=at_least(1))
-    ] = 100
+    ] = Search.generations
     population: Annotated[
         int, Option(help="Number of designs per generation.", callback=at_least(4))
-    ] = 100
+    ] = Search.population
     algorithm: Annotated[SearchAlgorithm, Option(help="Search algorithm of pymoo.")] = (
         SearchAlgorithm.nsga2
     )
@@ -327,7 +327,7 @@ class ThoroughSearchOptions(SearchOptions):
             help="Number of searches with the seeds from --seed upwards; they give one front.",
             callback=at_least(1),
         ),
-    ] = 1
+    ] = Search.searches
     polish: Annotated[
         bool,
         Option(
@@ -335,7 +335,7 @@ class ThoroughSearchOptions(SearchOptions):
             f"front is improved, a search without limits ends after {BEFORE_DESCENTS} designs, "
             "unless --until-gain or --until-seconds says when."
         ),
-    ] = True
+    ] = Search.polish
     begin: Annotated[
         Path | None,
         Option(help="Designs to begin with: a file that the interactive page saved, or a table."),

@@ -137,8 +137,81 @@ def test_limits_of_the_worst_drawn_part_leave_the_search_to_nsga2():
     assert deboom.search(every_part, **BUDGET).search.n_evaluated == 16
     assert not is_smooth(every_part)
     assert is_smooth(replace(ROBUST, limits=[AT_LEAST]))
-    plain = Objective("nominal", response=First(), unit="1").at_least(1.10)
-    assert not is_smooth(replace(ROBUST, limits=[plain]))
+
+
+def price_of(variables, *, smooth=True):
+    """Return a price without gradient: what is off 1 costs."""
+    cost = np.arange(1.0, 1.0 + len(variables))
+    return deboom.ResponseFunction(
+        lambda x: (cost * (x - 1.0) ** 2).sum(axis=1),
+        variables,
+        ("price",),
+        "EUR",
+        smooth=smooth,
+    )
+
+
+@pytest.mark.parametrize("statistic", ["nominal", "mean"])
+def test_a_function_without_gradient_is_a_limit_that_descents_keep(statistic):
+    """They end where those of the same function with its gradient end, and the search says so."""
+
+    class Exact:
+        variable_names, response_names, response_unit = SPACE.names, ("price",), "EUR"
+
+        def __call__(self, x):
+            return price_of(SPACE.names)(x)
+
+        def gradient(self, x):
+            cost = np.arange(1.0, 1.0 + SPACE.n_variables)
+            slope = 2.0 * cost * (x - 1.0)
+            return slope[:, np.newaxis]
+
+    budget = {"population": 12, "generations": 4, "seed": 1, "verified_with": 16}
+    price = price_of(SPACE.names)
+    robust = replace(ROBUST, limits=[Objective(statistic, response=price).at_most(0.06)])
+    assert is_smooth(robust)
+    front = deboom.search(robust, **budget)
+    assert front.note.endswith(
+        f"Gradients of '{robust.limits.limits[0].number.name}' came from differences."
+    )
+    assert front.search.front.excess.max() <= 0.0
+    assert front.search.front.excess.min() > -0.06
+    best = front.search.front.objectives.min(axis=0)
+    left = replace(
+        robust,
+        limits=[Objective(statistic, response=price_of(SPACE.names, smooth=False)).at_most(0.06)],
+    )
+    alone = deboom.search(left, **budget)
+    name = left.limits.limits[0].number.name
+    assert f"Limits of '{name}' have no gradient" in alone.note
+    assert alone.search.n_evaluated == 48
+    assert np.all(best < alone.search.front.objectives.min(axis=0))
+    if statistic == "nominal":
+        exact = deboom.search(
+            replace(ROBUST, limits=[Objective("nominal", response=Exact()).at_most(0.06)]), **budget
+        )
+        assert "differences" not in exact.note
+        np.testing.assert_allclose(best, exact.search.front.objectives.min(axis=0), rtol=1e-5)
+        box = common_box([front.search.front.objectives, exact.search.front.objectives])
+        volumes = [box.hypervolume(each.search.front.objectives) for each in (front, exact)]
+        assert volumes[0] == pytest.approx(volumes[1], rel=5e-4)
+
+
+def test_differences_of_a_function_stay_within_the_bounds_and_ask_for_one_more_than_variables():
+    asked = []
+
+    def priced(x):
+        assert np.all((x >= SPACE.lower) & (x <= SPACE.upper))
+        asked.append(len(x))
+        return (x**2).sum(axis=1)
+
+    price = deboom.ResponseFunction(priced, SPACE.names, ("price",), "EUR")
+    robust = replace(ROBUST, limits=[Objective("nominal", response=price).at_most(9.0)])
+    design = np.array([1.2, 0.8, 1.0, 1.1])
+    values, gradients = descent._Problem(robust)(design)
+    np.testing.assert_allclose(gradients()[2], 2.0 * design, rtol=1e-5)
+    assert values[2] == pytest.approx((design**2).sum() - 9.0)
+    assert asked == [1, SPACE.n_variables]
 
 
 @pytest.mark.parametrize(

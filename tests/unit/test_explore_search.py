@@ -12,6 +12,7 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 
+import deboom
 from deboom.errors import InputError
 from deboom.explore import search as search_module
 from deboom.explore.front import hypervolume, nondominated, pareto_front
@@ -361,6 +362,34 @@ def test_a_number_that_cannot_be_computed_keeps_no_limit():
         np.full((1, 4), 1.1), return_as_dictionary=True
     )
     assert np.isfinite(out["G"]).all()
+
+
+@pytest.mark.parametrize("algorithm", ["nsga2", "nsga3", "moead", NSGA2(20)])
+def test_within_limits_todays_design_is_the_first_of_all_and_elsewhere_nothing_changes(algorithm):
+    """No vehicle may be louder than today, by a thousandth: only today's design is near that."""
+    tight = [
+        Objective(statistic, response=name).at_most("today")
+        for name in MODEL.response_names
+        for statistic in ("mean", "sigma")
+    ]
+    settings = Search(20, 2, seed=1, algorithm=algorithm)
+    limited, free = (
+        nsga2(response, settings).evaluated.designs
+        for response in (replace(ROBUST, limits=tight), ROBUST)
+    )
+    np.testing.assert_array_equal(limited[0], SPACE.nominal)
+    np.testing.assert_array_equal(limited[1:20], free[1:20])
+    assert not np.array_equal(free[0], SPACE.nominal)
+
+
+def test_limits_that_todays_design_alone_keeps_give_a_front():
+    first = ResponseFunction(lambda x: np.abs(x - 1.0).max(axis=1), SPACE.names, ("far",), "1")
+    robust = replace(ROBUST, limits=[Objective("nominal", response=first).at_most("today")])
+    front = nsga2(robust, Search(20, 2, seed=1)).front
+    np.testing.assert_array_equal(front.designs, SPACE.nominal[np.newaxis])
+    begun = deboom.search(robust, Search(8, 1, seed=1, polish=False), first_population=FIRST[:3])
+    np.testing.assert_array_equal(begun.search.evaluated.designs[:3], FIRST[:3])
+    assert begun.search.front.designs.tolist() == [SPACE.nominal.tolist()]
 
 
 @pytest.mark.parametrize("statistic", ["mean", "nominal"])

@@ -64,6 +64,8 @@ and its line search is not upset as it would be by an infinite value."""
 
 BEYOND = 1e3
 """Scaled distance that counts for each scaled unit beyond a limit: what keeps it is better."""
+DIFFERENCE = 1e-6
+"""Step of differences of a function without a gradient, in scaled designs."""
 MARGIN = 3e-6
 """Scaled distance that descents keep from limits, which they meet to within their tolerance."""
 GUIDES = 24
@@ -95,8 +97,9 @@ def is_smooth(robust: Robust) -> bool:
 
     They do for means, sigmas and other statistics with derivatives of a `Linearisable` model whose
     designs share their draws, without whole-number variables. Limits may be bounds of these, of the
-    worst response from above, and of numbers of the design itself that have a ``gradient``; the
-    worst drawn part and the rise of a booming peak, which comes and goes, have none.
+    worst response from above, and of functions of the design, of which differences are taken where
+    there is no ``gradient``. The extremes of the drawn parts have none, nor has what is marked by
+    ``smooth = False``, such as the rise of a booming peak, which comes and goes.
     """
     return (
         len(robust.objectives) == 2
@@ -120,11 +123,23 @@ def without_gradient(robust: Robust) -> list[Limit]:
     ]
 
 
+def by_differences(robust: Robust) -> list[Limit]:
+    """Return the limits of a robust response whose gradients are differences."""
+    return [limit for limit in robust.limits.limits if _is_differenced(limit.number)]
+
+
 def _has_gradient(robust: Robust, number: Objective) -> bool:
     """Say whether a number has a gradient, apart from what the model may lack."""
-    if number.is_of_design:
-        return not number.worst and hasattr(number.response, "gradient")
-    return number.shares(robust.evaluate.response_names, robust.weights) is not None
+    if not number.has_own_model:
+        return number.shares(robust.evaluate.response_names, robust.weights) is not None
+    smooth = number.is_of_design or number.rule.by_draw is not None
+    return smooth and not number.worst and getattr(number.response, "smooth", True)
+
+
+def _is_differenced(number: Objective) -> bool:
+    """Say whether the gradient of a number with a model of its own takes differences."""
+    given = number.is_of_design and hasattr(number.response, "gradient")
+    return number.has_own_model and not given
 
 
 def _of_each(robust: Robust, limit: Limit) -> list[Limit]:
@@ -217,20 +232,20 @@ class _Problem:
     robust: Robust
 
     @cached_property
-    def _over_draws(self) -> Limits:
-        """Limits of numbers over the scatter."""
-        limits = (limit for limit in self.robust.limits.limits if not limit.number.is_of_design)
+    def _of_responses(self) -> Limits:
+        """Limits of numbers of the responses."""
+        limits = (limit for limit in self.robust.limits.limits if not limit.number.has_own_model)
         return Limits(tuple(each for limit in limits for each in _of_each(self.robust, limit)))
 
     @cached_property
-    def _of_design(self) -> Limits:
-        """Limits of numbers of the design itself."""
+    def _of_own_models(self) -> Limits:
+        """Limits of functions of designs."""
         limits = self.robust.limits.limits
-        return Limits(tuple(limit for limit in limits if limit.number.is_of_design))
+        return Limits(tuple(limit for limit in limits if limit.number.has_own_model))
 
     @cached_property
     def _numbers(self) -> list[Objective]:
-        return [*self.robust.objectives, *(limit.number for limit in self._over_draws.limits)]
+        return [*self.robust.objectives, *(limit.number for limit in self._of_responses.limits)]
 
     @cached_property
     def _shares(self) -> RealArray:
@@ -244,29 +259,52 @@ class _Problem:
         numbers, slopes = _linearised(self.robust, design, self._numbers, self._shares)
         if not self.robust.limits:
             return numbers, slopes
-        of_design = [limit.number for limit in self._of_design.limits]
-        of_limits = numbers_of_designs(of_design, design[np.newaxis])
+        own = [limit.number for limit in self._of_own_models.limits]
+        own_numbers = np.array([self.robust.own_number(number, design) for number in own])
 
         def gradients() -> RealArray:
-            over_draws = slopes()
+            of_responses = slopes()
             rows = [
-                cast(Any, number.response).gradient(design[np.newaxis])[0].sum(axis=0)
-                for number in of_design
+                _own_gradient(self.robust, number, design, value)
+                for number, value in zip(own, own_numbers, strict=True)
             ]
-            of_numbers = np.array(rows).reshape(len(of_design), design.size)
+            of_own_models = np.array(rows).reshape(len(own), design.size)
             return np.vstack(
                 [
-                    over_draws[:2],
-                    self._over_draws.excess_slopes(over_draws[2:]),
-                    self._of_design.excess_slopes(of_numbers),
+                    of_responses[:2],
+                    self._of_responses.excess_slopes(of_responses[2:]),
+                    self._of_own_models.excess_slopes(of_own_models),
                 ]
             )
 
         excess = [
-            self._over_draws.excess(numbers[np.newaxis, 2:])[0],
-            self._of_design.excess(of_limits)[0],
+            self._of_responses.excess(numbers[np.newaxis, 2:])[0],
+            self._of_own_models.excess(own_numbers[np.newaxis])[0],
         ]
         return np.concatenate([numbers[:2], *excess]), gradients
+
+
+def _own_gradient(robust: Robust, number: Objective, design: RealArray, value: float) -> RealArray:
+    """Return the derivatives (k,) of a number whose model is its own, exact or by differences.
+
+    - `value`: the number of the design.
+    """
+    if not _is_differenced(number):
+        gradient = cast(Any, number.response).gradient(design[np.newaxis])[0]
+        return np.asarray(gradient.sum(axis=0))
+    space = robust.space
+    step = DIFFERENCE * (space.upper - space.lower)
+    # within the bounds, beyond which a function may not reach
+    step = np.where(design + step > space.upper, -step, step)
+    free = np.flatnonzero(step)
+    moved = design + np.diag(step)[free]
+    if number.is_of_design:
+        values = numbers_of_designs([number], moved)[:, 0]
+    else:
+        values = np.array([robust.own_number(number, each) for each in moved])
+    gradient = np.zeros(design.size)
+    gradient[free] = (values - value) / step[free]
+    return gradient
 
 
 class _Point(NamedTuple):

@@ -351,9 +351,14 @@ class Objective:
         return what if self.is_of_design else f"{statistic}, {what}"
 
     @property
+    def has_own_model(self) -> bool:
+        """Whether it is of a function of designs, not of responses of the model."""
+        return hasattr(self.response, "variable_names")
+
+    @property
     def is_of_design(self) -> bool:
         """Whether it follows from the design alone, without any draw or response of the model."""
-        return self.statistic == "nominal" and hasattr(self.response, "variable_names")
+        return self.statistic == "nominal" and self.has_own_model
 
     def shares(self, names: Sequence[str], weights: RealArray | None) -> RealArray | None:
         """Return the weight of each response (r,) in a number with derivatives; None of others.

@@ -542,10 +542,19 @@ class Robust:
                 said(error)
         return rows
 
+    def own_number(self, number: Objective, design: RealArray) -> float:
+        """Return a number of one design (k,) whose model is its own, without the responses."""
+        if number.is_of_design:
+            return float(numbers_of_designs([number], design[np.newaxis])[0, 0])
+        columns = columns_of(number, self.made(design))
+        mean, sigma, *_ = self.prepared(design).moments(columns)
+        return number(
+            Draws(columns, mean, sigma, lambda: columns_of(number, design[np.newaxis])[0])
+        )
+
     def _made_design(self, design: RealArray) -> _MadeDesign:
         """Return one design (k,) as it is made, with its responses, not finite where it fails."""
-        parts = self.made(design)
-        values = responses(self.evaluate, parts)
+        values = responses(self.evaluate, self.made(design))
         mean, sigma, mean_error, sigma_error = self.prepared(design).moments(values, self.weights)
 
         def nominal() -> RealArray:
@@ -554,7 +563,7 @@ class Robust:
         if self.nominal_mean:
             mean, mean_error = nominal(), 0.0
         draws = Draws(values, mean, sigma, nominal)
-        return _MadeDesign(self, design, parts, draws, (mean_error, sigma_error))
+        return _MadeDesign(self, design, draws, (mean_error, sigma_error))
 
     def _statistics(self, design: RealArray, limited: Sequence[Objective]) -> tuple[RealArray, str]:
         """Moments, their standard errors, objectives and limited numbers.
@@ -579,14 +588,13 @@ class Robust:
 class _MadeDesign(NamedTuple):
     """One design as it is made.
 
-    - `design` (k,), `parts` (n_samples, k): design, and the same draw by draw [units of the space].
+    - `design` (k,): as drawn [units of the space].
     - `draws`: responses of the model, whose mean may be the design's own response.
     - `errors` (2,): standard errors of the sums of mean and sigma [response unit].
     """
 
     robust: Robust
     design: RealArray
-    parts: RealArray
     draws: Draws
     errors: tuple[float, float]
 
@@ -594,16 +602,15 @@ class _MadeDesign(NamedTuple):
         """Return a number of the design."""
         if number.response is None:
             return number(self.draws, self.robust.weights)
-        if number.is_of_design:
-            return float(numbers_of_designs([number], self.design[np.newaxis])[0, 0])
         if isinstance(number.response, str):
             at = [tuple(self.robust.evaluate.response_names).index(number.response)]
             values, mean, sigma, _ = self.draws
             return number(
                 Draws(values[:, at], mean[at], sigma[at], lambda: self.draws.nominal()[at])
             )
-        of_designs = hasattr(number.response, "variable_names")
-        columns = columns_of(number, self.parts if of_designs else self.draws.values)
+        if number.has_own_model:
+            return self.robust.own_number(number, self.design)
+        columns = columns_of(number, self.draws.values)
         moments = self.robust.prepared(self.design).moments(columns)
         return number(
             Draws(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass, fields, replace
@@ -22,6 +22,7 @@ from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.moo.sms import SMSEMOA
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
+from pymoo.core.sampling import Sampling
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.operators.sampling.rnd import FloatRandomSampling
@@ -30,12 +31,17 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 from deboom.arrays import RealArray
 from deboom.choices import SearchAlgorithm
-from deboom.common import Progress
+from deboom.common import Progress, listed
 from deboom.errors import InputError
-from deboom.explore.descent import converged_front, is_smooth
+from deboom.explore.descent import (
+    by_differences,
+    converged_front,
+    is_smooth,
+    without_gradient,
+)
 from deboom.explore.doe import checked_within, designs_of, latin_hypercube
 from deboom.explore.front import hypervolume, pareto_front, replicates, thinned, verified
-from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Limit
 from deboom.explore.result import Front, SearchResult, UnverifiedSearchError, merge
 from deboom.explore.robust import (
     Limits,
@@ -268,11 +274,12 @@ def nsga2(
     """Search the Pareto front of all objectives with NSGA-II or another algorithm of pymoo.
 
     Population for population the same as pymoo's
-    ``minimize(RobustProblem(robust), NSGA2(population), ("n_gen", generations), seed=seed)``; all
-    generations are run, but for `Until`. Beyond it, every non-dominated design that was seen is
-    kept. Whole-number variables get operators of their own: pymoo's treat options as if they had an
-    order. A design beyond a limit never beats one that keeps them all; of two such designs the
-    smaller sum of excesses, each relative to its bound, wins.
+    ``minimize(RobustProblem(robust), NSGA2(population), ("n_gen", generations), seed=seed)``, but
+    that within limits the first design of all is today's, which may keep them; all generations are
+    run, but for `Until`. Beyond it, every non-dominated design that was seen is kept. Whole-number
+    variables get operators of their own: pymoo's treat options as if they had an order. A design
+    beyond a limit never beats one that keeps them all; of two such designs the smaller sum of
+    excesses, each relative to its bound, wins.
 
     Parameters
     ----------
@@ -498,10 +505,11 @@ def _algorithm(
     """Return an algorithm that has not begun, and its name."""
     space, m = robust.space, robust.n_objectives
     algorithm, population = settings.algorithm, settings.population
-    operators: dict[str, Any] = {"sampling": FloatRandomSampling() if first is None else first}
-    if space.integer.any():
-        operators = {
-            "sampling": _MixedSampling() if first is None else first,
+    mixed = bool(space.integer.any())
+    drawn = _sampling(_MixedSampling() if mixed else FloatRandomSampling(), robust)
+    operators: dict[str, Any] = {"sampling": drawn if first is None else first}
+    if mixed:
+        operators |= {
             "crossover": _MixedCrossover(eta=15, prob=0.9),
             "mutation": _MixedMutation(eta=20),
         }
@@ -514,8 +522,11 @@ def _algorithm(
                 f"{name} minimises one objective, and this problem has {m}: take an algorithm of "
                 f"pymoo.algorithms.moo, or one of {', '.join(ALGORITHMS)}"
             )
+        sampling = runner.initialization.sampling
         if first is not None:
             runner.initialization.sampling = first
+        elif isinstance(sampling, Sampling):
+            runner.initialization.sampling = _sampling(sampling, robust)
         return runner, name
     if algorithm not in ALGORITHMS:
         raise InputError(
@@ -544,6 +555,24 @@ def _directions(m: int, population: int) -> RealArray:
     while comb(parts + m, m - 1) <= population:
         parts += 1
     return np.asarray(get_reference_directions("das-dennis", m, n_partitions=parts))
+
+
+class _TodayFirst(Sampling):
+    """Draws a first population whose first design is today's."""
+
+    def __init__(self, sampling: Sampling) -> None:
+        super().__init__()
+        self.sampling = sampling
+
+    def _do(self, problem: Any, *args: Any, **kwargs: Any) -> RealArray:
+        designs = np.array(self.sampling._do(problem, *args, **kwargs))
+        designs[0] = problem.robust.space.nominal
+        return designs
+
+
+def _sampling(sampling: Sampling, robust: RobustEvaluation) -> Sampling:
+    """Return a sampling, within limits one with today's design, which may keep them."""
+    return _TodayFirst(sampling) if robust.limits else sampling
 
 
 class _MixedSampling(FloatRandomSampling):
@@ -662,7 +691,8 @@ def search(
     means or sigmas, all designs share their draws, and no variable takes whole numbers only. For a
     model with exact gradients, such as a `deboom.BoomingModel` in prescribed or coupled motion, the
     whole front converges (`deboom.explore.descent.converged_front`), also within limits of means,
-    sigmas and numbers of the design itself that have a ``gradient``. For any other smooth model
+    sigmas and functions of the design, of which differences are taken where they have no
+    ``gradient`` and are not marked by ``smooth = False``. For any other smooth model
     without limits, each `Pick` is improved along gradients from differences. In all other cases the
     picks are the best of all evaluated designs. Finally the designs that are shown are evaluated
     again with new draws.
@@ -744,6 +774,8 @@ def search(
     begin = designs_of(first_population)
     if begin is not None and len(begin) < settings.population:
         rest = latin_hypercube(robust.space, settings.population, seed=settings.seed)[len(begin) :]
+        if robust.limits:
+            rest[0] = robust.space.nominal
         begin = np.vstack([begin, rest])
     free = not robust.limits
     gradients = settings.polish and free and _smooth(robust)
@@ -773,10 +805,16 @@ def search(
         notes.append(f"The front is that of {settings.searches} searches with different seeds.")
     if converges:
         notes.append("Descents along exact gradients then brought the whole front to convergence.")
+        differenced = by_differences(robust)
+        if differenced:
+            notes.append(f"Gradients of {_named(differenced)} came from differences.")
     elif gradients and shown is not None:
         notes.append("Its picks then went on by gradient.")
     elif settings.polish and not gradients and is_smooth(replace(robust, limits=Limits())):
-        notes.append("A limit has no gradient, so that the algorithm's designs are the front.")
+        notes.append(
+            f"Limits of {_named(without_gradient(robust))} have no gradient, so that the "
+            "algorithm's designs are the front."
+        )
     judge = replicates(robust, verified_with, seed=settings.seed)
     try:
         values = verified(rows, judge)
@@ -794,6 +832,11 @@ def search(
         judge=judge,
         note=" ".join(notes),
     )
+
+
+def _named(limits: Sequence[Limit]) -> str:
+    """Return the numbers that are limited, each once, in words."""
+    return listed(list(dict.fromkeys(f"'{limit.number.name}'" for limit in limits)))
 
 
 def _with_descents(

@@ -262,6 +262,9 @@ class ResponseFunction:
     n_lines : int
         Number of lines if each response is a sum over lines, such as SPLV; results then have the
         mean over the lines as well.
+    smooth : bool
+        Whether searches may follow gradients from differences of the function; not where it has
+        steps or noise.
 
     Raises
     ------
@@ -283,6 +286,7 @@ class ResponseFunction:
     response_names: tuple[str, ...]
     response_unit: str
     n_lines: int = 1
+    smooth: bool = True
 
     def __call__(self, designs: RealArray) -> RealArray:
         """Return the function's responses; of a single one a plain vector will do."""

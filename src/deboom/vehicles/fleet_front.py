@@ -85,6 +85,7 @@ class PeakRise:
 
     response_names = ("rise of a booming peak",)
     response_unit = "dB"
+    smooth = False
 
     @property
     def variable_names(self) -> tuple[str, ...]:

@@ -31,6 +31,7 @@ class LoudestLine:
 
     response_unit = "dB(A)"
     quantity = "loudest line"
+    smooth = False
 
     @property
     def variable_names(self) -> tuple[str, ...]:

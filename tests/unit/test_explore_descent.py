@@ -10,7 +10,7 @@ from deboom.explore import descent
 from deboom.explore import search as search_module
 from deboom.explore.descent import converged_front, is_smooth, objectives_and_gradients
 from deboom.explore.front import common_box
-from deboom.explore.moments import Objective
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Objective
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
 from deboom.explore.search import Search, nsga2, searched
@@ -89,6 +89,26 @@ def test_one_search_of_few_and_one_of_many_designs_are_not_decided():
     assert verdict.verdict.value == "not decided"
     assert verdict.noise > abs(verdict.value) > 0.0
     assert "what would decide: 3 seeds of each (searches=3)" in verdict.text
+
+
+def test_of_three_objectives_the_edges_of_the_first_with_each_other_one_converge():
+    """They reach what a search of two of them reaches, and the best of the third."""
+    third = Objective("mean", response="y2")
+    whole = deboom.search(replace(ROBUST, objectives=(MEAN_SUM, SIGMA_SUM, third)), **BUDGET)
+    reached = whole.search.front.objectives
+    for column, other in ((1, SIGMA_SUM), (2, third)):
+        pair = converged_front(replace(ROBUST, objectives=(MEAN_SUM, other)), seed=3).objectives
+        np.testing.assert_allclose(reached[:, [0, column]].min(axis=0), pair.min(axis=0), rtol=1e-7)
+        box = common_box([pair])
+        edge = box.hypervolume(reached[:, [0, column]])
+        assert edge == pytest.approx(box.hypervolume(pair), rel=1e-6)
+    assert "then brought its edges, where two objectives trade, to convergence." in whole.note
+    assert "the whole front" not in whole.note
+    worst = replace(ROBUST, objectives=(MEAN_SUM, SIGMA_SUM, Objective("mean", worst=True)))
+    assert deboom.search(worst, **BUDGET).search.n_evaluated < whole.search.n_evaluated
+    plain = nsga2(worst, Search(8, 2, seed=3)).evaluated
+    alone = deboom.search(worst, **BUDGET).search.evaluated
+    np.testing.assert_array_equal(alone.designs[:16], plain.designs)
 
 
 def test_unpolished_the_search_is_nsga2_alone():

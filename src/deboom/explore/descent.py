@@ -232,20 +232,24 @@ class _Problem:
     robust: Robust
 
     @cached_property
-    def _of_responses(self) -> Limits:
-        """Limits of numbers of the responses."""
-        limits = (limit for limit in self.robust.limits.limits if not limit.number.has_own_model)
-        return Limits(tuple(each for limit in limits for each in _of_each(self.robust, limit)))
+    def _limits(self) -> Limits:
+        """Limits of numbers of the responses, then those of functions of designs."""
+        limits = self.robust.limits.limits
+        of_responses = (limit for limit in limits if not limit.number.has_own_model)
+        each = [one for limit in of_responses for one in _of_each(self.robust, limit)]
+        return Limits((*each, *(limit for limit in limits if limit.number.has_own_model)))
 
     @cached_property
-    def _of_own_models(self) -> Limits:
-        """Limits of functions of designs."""
-        limits = self.robust.limits.limits
-        return Limits(tuple(limit for limit in limits if limit.number.has_own_model))
+    def _own(self) -> list[Objective]:
+        """Numbers whose model is their own."""
+        numbers = (limit.number for limit in self._limits.limits)
+        return [number for number in numbers if number.has_own_model]
 
     @cached_property
     def _numbers(self) -> list[Objective]:
-        return [*self.robust.objectives, *(limit.number for limit in self._of_responses.limits)]
+        """Objectives, and limited numbers of the responses."""
+        limited = [limit.number for limit in self._limits.limits if not limit.number.has_own_model]
+        return [*self.robust.objectives, *limited]
 
     @cached_property
     def _shares(self) -> RealArray:
@@ -257,31 +261,18 @@ class _Problem:
         - returns: (2 + c,), and a function that returns (2 + c, k).
         """
         numbers, slopes = _linearised(self.robust, design, self._numbers, self._shares)
-        if not self.robust.limits:
+        if not self._limits:
             return numbers, slopes
-        own = [limit.number for limit in self._of_own_models.limits]
-        own_numbers = np.array([self.robust.own_number(number, design) for number in own])
+        own = [self.robust.own_number(number, design) for number in self._own]
 
         def gradients() -> RealArray:
-            of_responses = slopes()
-            rows = [
-                _own_gradient(self.robust, number, design, value)
-                for number, value in zip(own, own_numbers, strict=True)
-            ]
-            of_own_models = np.array(rows).reshape(len(own), design.size)
-            return np.vstack(
-                [
-                    of_responses[:2],
-                    self._of_responses.excess_slopes(of_responses[2:]),
-                    self._of_own_models.excess_slopes(of_own_models),
-                ]
-            )
+            rows = slopes()
+            for number, value in zip(self._own, own, strict=True):
+                rows = np.vstack([rows, _own_gradient(self.robust, number, design, value)])
+            return np.vstack([rows[:2], self._limits.excess_slopes(rows[2:])])
 
-        excess = [
-            self._of_responses.excess(numbers[np.newaxis, 2:])[0],
-            self._of_own_models.excess(own_numbers[np.newaxis])[0],
-        ]
-        return np.concatenate([numbers[:2], *excess]), gradients
+        excess = self._limits.excess(np.array([[*numbers[2:], *own]]))[0]
+        return np.concatenate([numbers[:2], excess]), gradients
 
 
 def _own_gradient(robust: Robust, number: Objective, design: RealArray, value: float) -> RealArray:
@@ -476,6 +467,7 @@ def converged_front(
     *,
     seed: int,
     begin: RealArray | None = None,
+    ends_only: bool = False,
     progress: Progress | None = None,
 ) -> RobustValues:
     """Return a converged front of two smooth objectives, perhaps within limits.
@@ -489,6 +481,8 @@ def converged_front(
     begin : array, shape (n, k), optional
         Designs within all limits from which descents begin too, by the first objective, such as the
         front of another search [units of the space]. Random designs seldom are within limits.
+    ends_only : bool
+        Whether to leave the front between its ends as the descents to these happen to meet it.
     progress : callable, optional
         Called after each stage.
 
@@ -518,29 +512,32 @@ def converged_front(
     def place() -> RealArray:
         return np.where(free, random.random(free.size), 0.0)
 
-    stages = _Stages(progress)
+    stages = _Stages(progress, 3 if ends_only else 5)
     few = _Problem(replace(robust, sample=_first_draws(robust.sample, FEW_DRAWS)))
     size, worst = _scale(few, np.array([place() for _ in range(16)]))
     guides = _guides(space, begin)
-    ends, branches = _branches(_Landscape(few, size, worst), place, guides)
+    targets = 0 if ends_only else TARGETS
+    ends, branches = _branches(_Landscape(few, size, worst), place, guides, targets)
     stages.done("branches of the front")
     landscape = _Landscape(_Problem(robust), size, worst)
     net = _Net(landscape, _ends(landscape, ends, branches, guides))
     stages.done("both ends")
-    for guide in guides:
-        landscape.point(guide)
-    for share, points in branches.items():
-        starts = [points[0].place, *_at_share(guides, share)]
-        net.solve(share, [landscape.point(start) for start in starts])
-    for shares in (sorted(net.points), sorted(net.points, reverse=True)):
-        for before, share in pairwise(shares[:-1]):
-            net.solve(share, [net.points[before]])
-    stages.done("targets between them")
-    net.refine()
-    stages.done("widest gaps halved")
+    if not ends_only:
+        for guide in guides:
+            landscape.point(guide)
+        for share, points in branches.items():
+            starts = [points[0].place, *_at_share(guides, share)]
+            net.solve(share, [landscape.point(start) for start in starts])
+        for shares in (sorted(net.points), sorted(net.points, reverse=True)):
+            for before, share in pairwise(shares[:-1]):
+                net.solve(share, [net.points[before]])
+        stages.done("targets between them")
+        net.refine()
+        stages.done("widest gaps halved")
     kept = np.array(landscape.beyond) <= 0.0
     places, reached = np.array(landscape.places)[kept], np.array(landscape.values)[kept]
-    places = np.vstack([places[nondominated(reached)], *net.lines()])
+    lines = [] if ends_only else net.lines()
+    places = np.vstack([places[nondominated(reached)], *lines])
     values = robust(space.lower + places * (space.upper - space.lower))
     stages.done("lines between neighbours")
     return pareto_front(values)
@@ -561,15 +558,15 @@ def _at_share(guides: Sequence[RealArray], share: float) -> list[RealArray]:
 
 
 class _Stages:
-    """Tells a progress bar which of the five stages are done."""
+    """Tells a progress bar which of its stages are done."""
 
-    def __init__(self, progress: Progress | None) -> None:
-        self.progress, self.n_done = progress, 0
+    def __init__(self, progress: Progress | None, n_stages: int) -> None:
+        self.progress, self.n_done, self.n_stages = progress, 0, n_stages
 
     def done(self, words: str) -> None:
         self.n_done += 1
         if self.progress is not None:
-            self.progress(self.n_done, 5, f"descents, {words}")
+            self.progress(self.n_done, self.n_stages, f"descents, {words}")
 
 
 def _first_draws(sample: ToleranceSampler, n: int) -> ToleranceSampler:
@@ -599,7 +596,7 @@ def _scale(problem: _Problem, places: RealArray) -> tuple[RealArray, RealArray]:
 
 
 def _branches(
-    few: _Landscape, place: Callable[[], RealArray], guides: Sequence[RealArray]
+    few: _Landscape, place: Callable[[], RealArray], guides: Sequence[RealArray], targets: int
 ) -> tuple[list[list[_Point]], dict[float, list[_Point]]]:
     """Return both ends and the optima at each target, all with few draws, the best first."""
     ends = []
@@ -609,7 +606,7 @@ def _branches(
         ends.append(sorted(points, key=partial(_value_of, row=row)))
     line = _Line(ends[0][0].value, ends[1][0].value)
     branches = {}
-    for share in (np.arange(TARGETS) + 0.5) / TARGETS:
+    for share in (np.arange(targets) + 0.5) / max(targets, 1):
         target = line.target(share)
         starts = [place() for _ in range(STARTS)] + _at_share(guides, float(share))
         points = [few.reach(start, target, line.box, goal=ROUGH, steps=20) for start in starts]
@@ -629,10 +626,10 @@ def _ends(
 ) -> list[_Point]:
     """Return both ends with all draws."""
     best = []
-    nearest = (min(branches), max(branches))
+    nearest = [branches[min(branches)], branches[max(branches)]] if branches else [[], []]
     for row in range(2):
         starts = _distinct(_valleys(ends[row], row), 6, 0.3)
-        starts += _distinct(branches[nearest[row]], 2, APART)
+        starts += _distinct(nearest[row], 2, APART)
         starts += _at_share(guides, float(row))
         value_of = partial(_value_of, row=row)
         points = [landscape.descend(place, row, goal=1e-4, steps=25) for place in starts]

@@ -545,7 +545,8 @@ class Robust:
     def own_number(self, number: Objective, design: RealArray) -> float:
         """Return a number of one design (k,) whose model is its own, without the responses."""
         if number.is_of_design:
-            return float(numbers_of_designs([number], design[np.newaxis])[0, 0])
+            columns = columns_of(number, design[np.newaxis])
+            return float(columns.max() if number.worst else columns.sum())
         columns = columns_of(number, self.made(design))
         mean, sigma, *_ = self.prepared(design).moments(columns)
         return number(

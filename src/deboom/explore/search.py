@@ -690,8 +690,8 @@ def search(
     NSGA-II keeps every evaluation. Gradients then improve the front, if the objectives are two
     means or sigmas, all designs share their draws, and no variable takes whole numbers only. For a
     model with exact gradients, such as a `deboom.BoomingModel` in prescribed or coupled motion, the
-    whole front converges (`deboom.explore.descent.converged_front`), of more objectives the edges
-    that the first has with each other one; also within limits of means,
+    whole front converges (`deboom.explore.descent.converged_front`), of more
+    objectives the best of each; also within limits of means,
     sigmas and functions of the design, of which differences are taken where they have no
     ``gradient`` and are not marked by ``smooth = False``. For any other smooth model
     without limits, each `Pick` is improved along gradients from differences. In all other cases the
@@ -780,8 +780,8 @@ def search(
         begin = np.vstack([begin, rest])
     free = not robust.limits
     gradients = settings.polish and free and _smooth(robust)
-    edges = _edges(robust) if settings.polish else []
-    converges = bool(edges) and robust.n_objectives == 2
+    pairs = _smooth_pairs(robust) if settings.polish else []
+    converges = bool(pairs) and robust.n_objectives == 2
     if settings.until is None and converges and free:
         settings = replace(settings, until=Until(evaluations=BEFORE_DESCENTS))
     with progress_shown(progress, "search") as told:
@@ -794,8 +794,8 @@ def search(
             progress=told,
             checkpoint=checkpoint,
         )
-        for edge in edges:
-            result = _with_descents(robust, edge, result, seed=settings.seed, progress=told)
+        for pair in pairs:
+            result = _with_descents(robust, pair, result, seed=settings.seed, progress=told)
     rows = result.front
     if shown is not None:
         picked = _picked(robust, result.evaluated, polish=gradients)
@@ -805,15 +805,15 @@ def search(
     notes = []
     if settings.searches > 1:
         notes.append(f"The front is that of {settings.searches} searches with different seeds.")
-    if edges:
-        what = "the whole front" if converges else "its edges, where two objectives trade,"
+    if pairs:
+        what = "the whole front" if converges else "the best of each objective"
         notes.append(f"Descents along exact gradients then brought {what} to convergence.")
         differenced = by_differences(robust)
         if differenced:
             notes.append(f"Gradients of {_named(differenced)} came from differences.")
     if gradients and shown is not None and not converges:
         notes.append("Its picks then went on by gradient.")
-    if settings.polish and not edges and _edges(replace(robust, limits=Limits())):
+    if settings.polish and not pairs and _smooth_pairs(replace(robust, limits=Limits())):
         notes.append(
             f"Limits of {_named(without_gradient(robust))} have no gradient, so that the "
             "algorithm's designs are the front."
@@ -842,7 +842,7 @@ def _named(limits: Sequence[Limit]) -> str:
     return listed(list(dict.fromkeys(f"'{limit.number.name}'" for limit in limits)))
 
 
-def _edges(robust: Robust) -> list[Robust]:
+def _smooth_pairs(robust: Robust) -> list[Robust]:
     """Return a response with the first and each other objective alone, if descents can follow."""
     first, *others = robust.objectives
     pairs = [replace(robust, objectives=(first, other)) for other in others]
@@ -851,7 +851,7 @@ def _edges(robust: Robust) -> list[Robust]:
 
 def _with_descents(
     robust: Robust,
-    edge: Robust,
+    pair: Robust,
     result: SearchResult,
     *,
     seed: int,
@@ -859,13 +859,14 @@ def _with_descents(
 ) -> SearchResult:
     """Return a search whose front has converged by descents, which join its archive.
 
-    - `edge`: two of its objectives alone.
+    - `pair`: two of its objectives alone, of which more have their best only converge.
     """
     begun = time.perf_counter()
     values = converged_front(
-        edge,
+        pair,
         seed=seed,
         begin=np.asarray(result.front.designs) if robust.limits else None,
+        ends_only=robust.n_objectives > 2,
         progress=progress,
     )
     if robust.n_objectives > 2:

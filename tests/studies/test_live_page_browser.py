@@ -245,6 +245,9 @@ at_most_db = 70.0
 [[sag]]
 mount = "EnM"
 at_most_mm = 6.0
+[[sag]]
+mount = "EnM"
+at_most_mm = 7.0
 [[stiffness]]
 variable = "GeM z"
 at_least_n_per_mm = 350.0

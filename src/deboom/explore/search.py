@@ -845,7 +845,9 @@ def _named(limits: Sequence[Limit]) -> str:
 def _smooth_pairs(robust: Robust) -> list[Robust]:
     """Return a response with the first and each other objective alone, if descents can follow."""
     first, *others = robust.objectives
-    pairs = [replace(robust, objectives=(first, other)) for other in others]
+    pairs = [robust]
+    if len(others) > 1:
+        pairs = [replace(robust, objectives=(first, other)) for other in others]
     return [pair for pair in pairs if is_smooth(pair)]
 
 

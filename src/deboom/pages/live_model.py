@@ -246,9 +246,13 @@ def _limits(
     for row, (limit, stated) in enumerate(zip(limits.limits, limits.stated, strict=True)):
         heard = _of_mean_levels(robust, limit, vehicles)
         if price is not None and _is_of_price(limit, price):
-            sides = {"at_least": float(limit.at_least), "at_most": float(limit.at_most)}
-            ends = {name: bound for name, bound in sides.items() if np.isfinite(bound)}
-            mounts[limit.number.name] = mounts.get(limit.number.name, {}) | ends
+            ends = mounts.setdefault(limit.number.name, {})
+            for side, bound, tighter in (
+                ("at_least", float(limit.at_least), max),
+                ("at_most", float(limit.at_most), min),
+            ):
+                if np.isfinite(bound):
+                    ends[side] = tighter(bound, ends.get(side, bound))
         elif heard:
             # where none is stated, the page takes today's level
             if not stated.needs_today:
@@ -275,9 +279,11 @@ def _of_mean_levels(robust: Robust, limit: Limit, vehicles: Sequence[str]) -> li
     number, every = limit.number, robust.evaluate.response_names
     if number.statistic != "mean" or robust.nominal_mean or np.isfinite(float(limit.at_least)):
         return []
-    if number.response is None and number.worst and set(every) <= set(vehicles):
-        return list(every)
-    return [str(number.response)] if number.response in vehicles else []
+    if number.response is None and number.worst:
+        return list(every) if set(every) <= set(vehicles) else []
+    return [
+        name for name in vehicles if isinstance(number.response, str) and name == number.response
+    ]
 
 
 def _cases(model: BoomingModel, runs: Runs, rows: IntArray) -> tuple[list[LiveCase], str]:

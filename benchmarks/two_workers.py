@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 
 import deboom
 from deboom.arrays import RealArray
-from deboom.explore.robust import Around, Robust, RobustValues
+from deboom.explore.robust import Robust, RobustValues, RobustWrapper
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import Search, nsga2
 from deboom.explore.workers import workers_for
@@ -70,7 +70,7 @@ def _row(draws: int) -> tuple[float, ...]:
     return one / POPULATION, serial, one, processes_ms, dask, *ratios
 
 
-class _Timed(Around):
+class _Timed(RobustWrapper):
     """A response that adds up the processor seconds of its evaluations."""
 
     def __init__(self, robust: Robust) -> None:

@@ -38,7 +38,7 @@ from deboom.common import N_PER_MM, PERCENT, listed
 from deboom.compressor.cabin_index import DATUM, MountVariables
 from deboom.errors import InputError
 from deboom.explore.result import RISEN, Front
-from deboom.explore.robust import DesignLimits, Robust, sigma_shares
+from deboom.explore.robust import Robust, sigma_shares
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import indifference_intervals
 from deboom.explore.sensitivity import (
@@ -89,7 +89,7 @@ from deboom.runs.search import (
     PeakRiseOption,
     SearchOptions,
     check_peak_rise,
-    keeping_peaks,
+    peak_rise_limits,
     report_limits,
 )
 from deboom.vehicles.fleet_front import FleetFront
@@ -279,8 +279,12 @@ def prepare(options: Options) -> Model:
             f"scatter needs at least {space.n_variables + 2} draws"
         )
     sample = sobol_sample(space.n_variables, options.samples, seed=options.seed)
-    of_levels = read_level_limits(options.limits, mounted.index)
-    robust = robust_response(mounted.index, space, sample, aims=options.aims, limits=of_levels)
+    limits = (
+        *read_level_limits(options.limits, mounted.index),
+        travel_limit(mounted, space, options.travel),
+        *peak_rise_limits(options.peak_rise, mounted.index, space.nominal),
+    )
+    robust = robust_response(mounted.index, space, sample, aims=options.aims, limits=limits)
     return Model(mounted, robust)
 
 
@@ -288,16 +292,12 @@ def run(prepared: Model, options: Options, context: RunContext | None = None) ->
     """Search, verify, find out what matters, and report."""
     model, robust, seed = prepared.mounted, prepared.robust, options.seed
     space = robust.space
-    limits = travel_limit(model, space, options.travel)
     of_limits = [options.limits] if options.limits else []
-    if options.peak_rise is not None:
-        limits = keeping_peaks(limits, model.index, space.nominal, options.peak_rise)
     front = options.search.front(
         robust,
         seed=seed,
         run=context,
         inputs=(*model.fleet.inputs, *of_limits),
-        limits=limits,
         verified_with=options.checks,
     )
     view = MountFront(
@@ -305,7 +305,7 @@ def run(prepared: Model, options: Options, context: RunContext | None = None) ->
         model=model,
         sobol=stiffness_sobol(model, space, options.n, seed=seed),
     )
-    report = front_report(view, options, limits, run_name(context, "compressor_front"))
+    report = front_report(view, options, run_name(context, "compressor_front"))
     report.inputs += of_limits
     return report
 
@@ -421,7 +421,7 @@ def stiffness_sobol(model: MountedFleet, space: DesignSpace, n: int, *, seed: in
     return fast_sobol_indices(model.index(designs), names, outputs, seed=seed)
 
 
-def front_report(view: MountFront, options: Options, limits: DesignLimits, run: str) -> Report:
+def front_report(view: MountFront, options: Options, run: str) -> Report:
     """Report which mounts make the cars quiet; `run`: name."""
     low, high = band_of(options.band)
     report = Report(
@@ -435,7 +435,7 @@ def front_report(view: MountFront, options: Options, limits: DesignLimits, run: 
     report.warn(*view.model.alarms)
     report.assume(*view.model.assumed)
     _tell(report, view)
-    _answer(report, view, options, limits, run)
+    _answer(report, view, options, run)
     report.facts["verification_draws"] = view.front.judge.n_samples
     report.facts["mounts"] = view.model.running.shares.statement
     report.facts["mount_state"] = view.model.running.source.state.statement
@@ -443,7 +443,7 @@ def front_report(view: MountFront, options: Options, limits: DesignLimits, run: 
     _choice(report, view, options)
     _cars(report, view)
     _matters(report, view, options)
-    report_limits(report, limits, view.front)
+    report_limits(report, view.front)
     _trust(report, view, options)
     search = view.front.search
     report.section(
@@ -516,9 +516,7 @@ def _tell(report: Report, view: MountFront) -> None:
     }
 
 
-def _answer(
-    report: Report, view: MountFront, options: Options, limits: DesignLimits, run: str
-) -> None:
+def _answer(report: Report, view: MountFront, options: Options, run: str) -> None:
     """Fill the first screen: which mounts, per car, at which price, how it sounds, what next."""
     report.answer(*_answer_in_words(view))
     fleet, best = view.fleet, view.best
@@ -540,12 +538,13 @@ def _answer(
     )
     designs = np.stack([view.front.robust.space.nominal, best])
     modes, travel = view.model.statics.modes(designs), view.model.statics(designs)[:, 0]
+    limit = travel_limit(view.model, view.front.robust.space, options.travel)
     price = pd.DataFrame(
         {
             "number": ["travel under 1 g [mm]", "lowest mode [Hz]", "highest mode [Hz]"],
             "today": [travel[0], modes[0, 0], modes[0, -1]],
             "after": [travel[1], modes[1, 0], modes[1, -1]],
-            "allowed": [f"≤ {limits.limits.limits[0].at_most:.2f}", "–", "–"],
+            "allowed": [f"≤ {limit.at_most:.2f}", "–", "–"],
         }
     )
     report.panel("What it costs", Table(price, "", {"today": 2, "after": 2}))

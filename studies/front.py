@@ -47,8 +47,8 @@ import numpy as np
 from typer import Option
 
 from deboom.errors import InputError
-from deboom.explore.robust import DesignLimits, Robust
-from deboom.files.design_limits import mount_limits, read_level_limits
+from deboom.explore.robust import Robust
+from deboom.files.design_limits import files_of_limits, read_level_limits, read_mount_limits
 from deboom.pages.correlation import (
     CorrelationStudy,
     DoeRequest,
@@ -71,7 +71,7 @@ from deboom.runs.search import (
     PeakRiseOption,
     ThoroughSearchOptions,
     check_peak_rise,
-    keeping_peaks,
+    peak_rise_limits,
     report_limits,
 )
 from deboom.runs.second_process import begun
@@ -203,7 +203,7 @@ class Options:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """Levels of the vehicles under scattering parts, and what mounts must keep.
+    """Levels of the vehicles under scattering parts, within limits.
 
     - `everyone`: all vehicles of the questions; `runs`: those that are searched for.
     """
@@ -213,7 +213,6 @@ class Model:
     index: BoomingModel
     made: MadeParts
     robust: Robust
-    limits: DesignLimits | None
 
 
 def prepare(options: Options) -> Model:
@@ -227,12 +226,13 @@ def prepare(options: Options) -> Model:
     made = options.scatter.made(index.variable_names)
     samples = options.scatter.samples
     sample = tolerance_sample(options.sampler, made.n_draws, samples, seed=options.seed)
-    of_levels = read_level_limits(options.limits, index)
-    robust = made.response(index, sample, aims=options.aims, limits=of_levels)
-    limits = mount_limits(options.limits, runs, robust, options.motion.factor)
-    if options.peak_rise is not None:
-        limits = keeping_peaks(limits, index, robust.space.nominal, options.peak_rise)
-    return Model(everyone, runs, index, made, robust, limits)
+    limits = (
+        *read_level_limits(options.limits, index),
+        *read_mount_limits(options.limits, runs, made.space, options.motion.factor),
+        *peak_rise_limits(options.peak_rise, index, made.space.nominal),
+    )
+    robust = made.response(index, sample, aims=options.aims, limits=limits)
+    return Model(everyone, runs, index, made, robust)
 
 
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
@@ -252,10 +252,10 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 
     front = _searched(model, options, context)
     report = front_report(front)
-    files = (options.limits, options.search.begin)
-    inputs = (*filter(None, files), *(model.limits.inputs if model.limits else ()))
+    begin = (options.search.begin,) if options.search.begin else ()
+    inputs = (*files_of_limits(options.limits, runs), *begin)
     report.inputs += [path for path in dict.fromkeys(inputs) if path not in report.inputs]
-    report_limits(report, model.limits, front.front)
+    report_limits(report, front.front)
     if ranking is not None:
         with progress_bar("sensitivity") as bar:
             parts[Question.sensitivity] = sensitivity_report(ranking.result(partial(rank, bar)))
@@ -270,16 +270,13 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 
 def _searched(model: Model, options: Options, context: RunContext | None) -> PlatformFront:
     """Search with prescribed motion where that is a question, then with the motion of the model."""
-    runs, limits = model.runs, model.limits
-    of_limits = limits.inputs if limits else ()
-    if options.limits and not of_limits:
-        of_limits = (options.limits,)
+    runs = model.runs
+    of_limits = files_of_limits(options.limits, runs)
     search = partial(
         options.search.verified,
         seed=options.seed,
         run=context,
         inputs=(*runs.platform.input_files, *of_limits, *model.made.inputs),
-        limits=limits,
     )
     prescribed, begin = None, None
     if (
@@ -289,7 +286,10 @@ def _searched(model: Model, options: Options, context: RunContext | None) -> Pla
         motion = MotionOptions(Motion.prescribed)
         as_measured = motion.model(runs, loss_factors=options.loss_factors)
         # of a model with other levels, limits of levels could leave no design
-        robust = model.made.response(as_measured, model.robust.sample, aims=options.aims)
+        limits = model.robust.limits.of_designs.stated
+        robust = model.made.response(
+            as_measured, model.robust.sample, aims=options.aims, limits=limits
+        )
         prescribed = search(robust, name="prescribed")
         begin = np.unique(np.stack(list(prescribed.pick_designs.values())), axis=0)
     return PlatformFront(
@@ -299,7 +299,6 @@ def _searched(model: Model, options: Options, context: RunContext | None) -> Pla
             options.platform, runs, options.motion, loss_factors=options.loss_factors
         ),
         prescribed=prescribed,
-        limits=limits,
         target=options.target,
         run=run_name(context, "front"),
     )

@@ -9,11 +9,13 @@ import numpy as np
 
 import deboom
 from deboom.explore.robust import Robust
+from deboom.files.design_limits import read_level_limits, read_mount_limits
 from deboom.pages.live_model import Start, live_page
 from deboom.plot import CurvePanel, curve_panels
 from deboom.plot.style import as_png
 from deboom.report.interactive import Axis, InteractiveFront
 from deboom.report.report import Picture
+from deboom.runs.search import peak_rise_limits
 
 N, MOUNTS, VEHICLES = 9, ("Front", "Roll stop", "Rear"), ("Wagon", '</script><b>Cabrio, "R"')
 LINES = np.array([14.0, 15.1, 15.9, 18.0, 21.5, 30.0, 33.3])
@@ -74,11 +76,21 @@ def data_of(html, name="front"):
 
 
 @cache
-def live_front(vehicles=("U06-1", "U06-5", "F39-1"), draws=32):
-    """Shipped vehicles with five designs and two picks of them, in a page that computes."""
+def live_front(vehicles=("U06-1", "U06-5", "F39-1"), draws=32, limits=""):
+    """Shipped vehicles with five designs and two picks of them, in a page that computes.
+
+    - `limits`: file of limits of the run.
+    """
     platform = deboom.read_platform("u06")
     runs = platform.runs(["g5_wot220"], fleet=platform.listeners(vehicles))
-    robust = Robust(model := runs.model("coupled"), model.design_space(), draws=draws)
+    model = runs.model("coupled")
+    space = model.design_space()
+    stated = ()
+    if limits:
+        of_mounts = read_mount_limits(limits, runs, space)
+        stated = (*read_level_limits(limits, model), *of_mounts)
+        stated += peak_rise_limits(1.0, model, space.nominal)
+    robust = Robust(model, space, draws=draws, limits=stated)
     rng = np.random.default_rng(3)
     designs = rng.uniform(0.8, 1.2, (5, 12))
     starts = [Start("best-mean", designs[0]), Start("best-sigma", designs[4])]

@@ -232,6 +232,79 @@ def test_arrow_keys_read_a_curve(page):
     assert ", today " in said
 
 
+LIMITS = """format = 1
+[[level]]
+vehicle = "U06-5"
+at_most_db = 62.5
+[[level]]
+at_most_db = "today"
+[[level]]
+statistic = "tail"
+vehicle = "U06-1"
+at_most_db = 70.0
+[[sag]]
+mount = "EnM"
+at_most_mm = 6.0
+[[sag]]
+mount = "EnM"
+at_most_mm = 7.0
+[[stiffness]]
+variable = "GeM z"
+at_least_n_per_mm = 350.0
+"""
+
+
+@pytest.fixture(scope="module")
+def limited(tmp_path_factory):
+    """Return a page of a run with limits, and what its header says of them."""
+    folder = tmp_path_factory.mktemp("limited")
+    stated = folder / "limits.toml"
+    stated.write_text(LIMITS, encoding="utf-8")
+    front, _ = live_front(limits=stated)
+    path = folder / "interactive.html"
+    path.write_text(render_interactive(front), encoding="utf-8")
+    return path, front.live.header["limits"]
+
+
+def test_limits_of_the_run_stand_in_the_page_or_are_said_to_be_not_judged(limited):
+    """Nothing passes for kept that the page does not compute: the tail, |K|, a peak that rises."""
+    _, limits = limited
+    assert limits["mounts"] == {"EnM sag": {"at_most": 6.0}}
+    assert limits["mean"] == {"U06-5": pytest.approx(62.5, rel=1e-12)}
+    tail, stiffness, rise = limits["unjudged"]
+    assert tail.startswith("'mean of the worst 5 % of SPLV")
+    assert tail.endswith("at most 70 dB(A) per line' (limits.toml, [[level]] 3)")
+    assert stiffness == "'GeM z stiffness at least 350 N/mm' (limits.toml, [[stiffness]] 1)"
+    assert rise == "'rise of a booming peak at most 1 dB' (--peak-rise 1)"
+
+
+def test_the_page_holds_the_limits_of_the_run_and_never_calls_others_kept(browser, limited):
+    path, limits = limited
+    browser.open(path, width=1440, height=900)
+    fresh(browser)
+    assert browser.value("live.session.limits.mean[1]") == pytest.approx(62.5)
+    assert (
+        browser.value("live.session.limits.atMost[live.data.price.names.indexOf('EnM sag')]") == 6
+    )
+    for tab in ("price", "weights"):
+        browser.value(f"document.querySelector('#live-tab input[value={tab}]').click()")
+        for words in limits["unjudged"]:
+            assert f"Not judged here: {words}." in browser.text(f"#live-{tab}")
+    browser.focus("#live-improve")
+    browser.key("Enter")
+    browser.wait("/steps in|Nothing|now;/.test(document.getElementById('live-said').textContent)")
+    said = browser.text("#live-said")
+    assert "all limits are kept" not in said
+    assert "3 of the run that are not judged here" in said
+    # a reader who clears the limits of the run keeps them cleared
+    state = browser.value("live.stated()")
+    assert state["limits"]["mounts"] == {"EnM sag": {"at_most": 6}}
+    state["limits"] = {}
+    assert browser.value(f"live.take({json.dumps(state)})") == ""
+    assert browser.value("Number.isNaN(live.session.limits.mean[1])")
+    assert browser.complaints == []
+
+
 def test_a_pointer_reads_all_curves_at_one_speed(page):
     page.value("document.getElementById('live-today').click()")
     fresh(page)

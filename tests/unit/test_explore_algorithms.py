@@ -14,7 +14,7 @@ import deboom
 from deboom.errors import InputError
 from deboom.explore.front import common_box
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective
-from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import ALGORITHMS, RobustProblem, Search, Until, nsga2, searched
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
@@ -78,11 +78,13 @@ def test_what_cannot_search_is_refused_by_name(changes, words):
         deboom.search(ROBUST, BUDGET, **changes)
 
 
-def test_a_model_that_carries_its_limits_is_refused_before_the_search():
-    limited = ResponseFunction(lambda x: x[:, :1], SPACE.names, ("first",), "1")
-    response = LimitedResponse(ROBUST, limited, Limits((Limit("first", "1", at_least=0.9),)))
-    with pytest.raises(InputError, match="LimitedResponse cannot be verified"):
-        deboom.search(response, BUDGET)
+def test_what_is_no_robust_response_and_limits_of_a_search_are_refused_with_the_remedy():
+    with pytest.raises(InputError, match="Quad2 cannot be verified"):
+        deboom.search(MODEL, BUDGET)
+    with pytest.raises(
+        InputError, match=r"takes no limits: .*deboom\.Robust\(model, space, limits="
+    ):
+        deboom.search(ROBUST, BUDGET, limits=[Objective("mean").at_most(1.0)])
 
 
 def test_any_number_of_designs_and_a_front_begin_a_search():

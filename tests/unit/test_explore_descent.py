@@ -10,8 +10,8 @@ from deboom.explore import descent
 from deboom.explore import search as search_module
 from deboom.explore.descent import converged_front, is_smooth, objectives_and_gradients
 from deboom.explore.front import common_box
-from deboom.explore.moments import Objective
-from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Objective
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
 from deboom.explore.search import Search, nsga2, searched
 from deboom.explore.space import stiffness_factor_space
@@ -91,6 +91,21 @@ def test_one_search_of_few_and_one_of_many_designs_are_not_decided():
     assert "what would decide: 3 seeds of each (searches=3)" in verdict.text
 
 
+def test_of_three_objectives_the_best_of_each_is_that_of_a_search_of_two():
+    third = Objective("mean", response="y2")
+    whole = deboom.search(replace(ROBUST, objectives=(MEAN_SUM, SIGMA_SUM, third)), **BUDGET)
+    best = whole.search.front.objectives.min(axis=0)
+    for column, other in ((1, SIGMA_SUM), (2, third)):
+        pair = converged_front(replace(ROBUST, objectives=(MEAN_SUM, other)), seed=3).objectives
+        np.testing.assert_allclose(best[[0, column]], pair.min(axis=0), rtol=1e-7)
+    assert "then brought the best of each objective to convergence." in whole.note
+    worst = replace(ROBUST, objectives=(MEAN_SUM, SIGMA_SUM, Objective("mean", worst=True)))
+    assert deboom.search(worst, **BUDGET).search.n_evaluated < whole.search.n_evaluated
+    plain = nsga2(worst, Search(8, 2, seed=3)).evaluated
+    alone = deboom.search(worst, **BUDGET).search.evaluated
+    np.testing.assert_array_equal(alone.designs[:16], plain.designs)
+
+
 def test_unpolished_the_search_is_nsga2_alone():
     front = deboom.search(ROBUST, **BUDGET, polish=False)
     alone = nsga2(ROBUST, Search(8, 2, seed=3)).evaluated
@@ -117,8 +132,7 @@ class FirstWithSlope(First):
         return np.tile(np.eye(1, SPACE.n_variables), (len(designs), 1, 1))
 
 
-FIRST = FirstWithSlope()
-AT_LEAST = Limits((Limit("first", "1", at_least=1.10),))
+AT_LEAST = Objective("nominal", response=FirstWithSlope(), unit="1").at_least(1.10)
 
 
 def test_an_algorithm_ends_early_only_where_descents_own_the_whole_front(monkeypatch):
@@ -126,20 +140,93 @@ def test_an_algorithm_ends_early_only_where_descents_own_the_whole_front(monkeyp
     budget = {**BUDGET, "generations": 4}
     front = deboom.search(ROBUST, **budget)
     assert front.search.stopped == "3 generations, ended after 24 evaluations"
-    for others in (
-        {"polish": False},
-        {"until": deboom.Until(seconds=1e6)},
-        {"limits": DesignLimits(FIRST, AT_LEAST)},
-    ):
+    for others in ({"polish": False}, {"until": deboom.Until(seconds=1e6)}):
         assert deboom.search(ROBUST, **budget, **others).search.stopped == "4 generations"
+    limited = replace(ROBUST, limits=[AT_LEAST])
+    assert deboom.search(limited, **budget).search.stopped == "4 generations"
 
 
 def test_limits_of_the_worst_drawn_part_leave_the_search_to_nsga2():
-    every_part = DesignLimits(FIRST, Limits((Limit("first", "1", at_least=0.8),)), ROBUST)
-    assert deboom.search(ROBUST, **BUDGET, limits=every_part).search.n_evaluated == 16
-    assert not is_smooth(ROBUST, every_part)
-    assert is_smooth(ROBUST, DesignLimits(FIRST, AT_LEAST))
-    assert not is_smooth(ROBUST, DesignLimits(First(), AT_LEAST))
+    smallest = Objective("smallest", response=FirstWithSlope(), unit="1").at_least(0.8)
+    every_part = replace(ROBUST, limits=[smallest])
+    assert deboom.search(every_part, **BUDGET).search.n_evaluated == 16
+    assert not is_smooth(every_part)
+    assert is_smooth(replace(ROBUST, limits=[AT_LEAST]))
+
+
+def price_of(variables, *, smooth=True):
+    """Return a price without gradient: what is off 1 costs."""
+    cost = np.arange(1.0, 1.0 + len(variables))
+    return deboom.ResponseFunction(
+        lambda x: (cost * (x - 1.0) ** 2).sum(axis=1),
+        variables,
+        ("price",),
+        "EUR",
+        smooth=smooth,
+    )
+
+
+@pytest.mark.parametrize("statistic", ["nominal", "mean"])
+def test_a_function_without_gradient_is_a_limit_that_descents_keep(statistic):
+    """They end where those of the same function with its gradient end, and the search says so."""
+
+    class Exact:
+        variable_names, response_names, response_unit = SPACE.names, ("price",), "EUR"
+
+        def __call__(self, x):
+            return price_of(SPACE.names)(x)
+
+        def gradient(self, x):
+            cost = np.arange(1.0, 1.0 + SPACE.n_variables)
+            slope = 2.0 * cost * (x - 1.0)
+            return slope[:, np.newaxis]
+
+    budget = {"population": 12, "generations": 4, "seed": 1, "verified_with": 16}
+    price = price_of(SPACE.names)
+    robust = replace(ROBUST, limits=[Objective(statistic, response=price).at_most(0.06)])
+    assert is_smooth(robust)
+    front = deboom.search(robust, **budget)
+    assert front.note.endswith(
+        f"Gradients of '{robust.limits.limits[0].number.name}' came from differences."
+    )
+    assert front.search.front.excess.max() <= 0.0
+    assert front.search.front.excess.min() > -0.06
+    best = front.search.front.objectives.min(axis=0)
+    left = replace(
+        robust,
+        limits=[Objective(statistic, response=price_of(SPACE.names, smooth=False)).at_most(0.06)],
+    )
+    alone = deboom.search(left, **budget)
+    name = left.limits.limits[0].number.name
+    assert f"Limits of '{name}' have no gradient" in alone.note
+    assert alone.search.n_evaluated == 48
+    assert np.all(best < alone.search.front.objectives.min(axis=0))
+    if statistic == "nominal":
+        exact = deboom.search(
+            replace(ROBUST, limits=[Objective("nominal", response=Exact()).at_most(0.06)]), **budget
+        )
+        assert "differences" not in exact.note
+        np.testing.assert_allclose(best, exact.search.front.objectives.min(axis=0), rtol=1e-5)
+        box = common_box([front.search.front.objectives, exact.search.front.objectives])
+        volumes = [box.hypervolume(each.search.front.objectives) for each in (front, exact)]
+        assert volumes[0] == pytest.approx(volumes[1], rel=5e-4)
+
+
+def test_differences_of_a_function_stay_within_the_bounds_and_ask_for_one_more_than_variables():
+    asked = []
+
+    def priced(x):
+        assert np.all((x >= SPACE.lower) & (x <= SPACE.upper))
+        asked.append(len(x))
+        return (x**2).sum(axis=1)
+
+    price = deboom.ResponseFunction(priced, SPACE.names, ("price",), "EUR")
+    robust = replace(ROBUST, limits=[Objective("nominal", response=price).at_most(9.0)])
+    design = np.array([1.2, 0.8, 1.0, 1.1])
+    values, gradients = descent._Problem(robust)(design)
+    np.testing.assert_allclose(gradients()[2], 2.0 * design, rtol=1e-5)
+    assert values[2] == pytest.approx((design**2).sum() - 9.0)
+    assert asked == [1, SPACE.n_variables]
 
 
 @pytest.mark.parametrize(
@@ -161,17 +248,15 @@ def test_descents_keep_the_limits_of_the_response_and_of_the_design():
     """Beside both limits the front reaches what it reaches in a space cut where the limit is."""
     bound = 0.18
     kept = Objective("mean", response="y2").at_most(bound)
-    limited = replace(ROBUST, limits=[kept])
-    limits = DesignLimits(FIRST, AT_LEAST)
     begin = {"seed": 1, "begin": np.array([[1.15, 1.0, 1.0, 1.0]])}
-    values = converged_front(limited, limits=limits, **begin)
+    values = converged_front(replace(ROBUST, limits=[kept, AT_LEAST]), **begin)
     assert values.feasible.all()
     assert values.excess.shape[1] == 2
     assert values.mean[:, 1].max() == pytest.approx(bound, abs=1e-6)
     assert values.designs[:, 0].min() == pytest.approx(1.10, abs=1e-4)
     lower, middle = np.array([1.10, 0.8, 0.8, 0.8]), np.array([1.15, 1.0, 1.0, 1.0])
     cut = replace(SPACE, lower=lower, nominal=middle)
-    alone = converged_front(replace(limited, space=cut), **begin)
+    alone = converged_front(replace(ROBUST, limits=[kept], space=cut), **begin)
     other = alone.objectives
     box = common_box([values.objectives, other])
     assert box.hypervolume(values.objectives) == pytest.approx(box.hypervolume(other), rel=1e-4)

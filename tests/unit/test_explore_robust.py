@@ -10,8 +10,8 @@ from deboom.errors import InputError
 from deboom.explore import space as seam
 from deboom.explore.front import nondominated, pareto_front, replicates
 from deboom.explore.front import verified as verified_values
-from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective
-from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust, sigma_shares
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Draws, Estimator, Limit, Objective
+from deboom.explore.robust import Robust, sigma_shares
 from deboom.explore.scatter import (
     FreshGaussianSampler,
     ToleranceSample,
@@ -309,7 +309,7 @@ MODEL = quad2(4, seed=1)
 SPACE_3 = stiffness_factor_space(MODEL.variable_names)
 ROBUST = Robust(MODEL, SPACE_3, sobol_sample(4, 64, seed=1))
 VALUES = np.column_stack([np.arange(1.0, 101.0), np.arange(100.0, 0.0, -1.0) * 2.0])
-MOMENTS = (VALUES.mean(axis=0), VALUES.std(axis=0))
+DRAWN = Draws(VALUES, VALUES.mean(axis=0), VALUES.std(axis=0), lambda: VALUES[3])
 
 
 @pytest.mark.parametrize(
@@ -322,17 +322,20 @@ MOMENTS = (VALUES.mean(axis=0), VALUES.std(axis=0))
         (Objective("quantile", share=0.5), 50.5 + 101.0),
         (Objective("tail mean"), 98.0 + 196.0),  # the mean of the five largest
         (Objective("tail mean", worst=True, share=0.9), 2.0 * 95.5),
+        (Objective("nominal"), 4.0 + 194.0),
+        (Objective("smallest"), 1.0 + 2.0),
+        (Objective("largest", worst=True), 200.0),
     ],
 )
 def test_objectives_by_hand(objective, expected):
-    assert objective(VALUES, *MOMENTS) == pytest.approx(expected)
+    assert objective(DRAWN) == pytest.approx(expected)
     assert objective.name
 
 
 def test_a_tail_mean_lies_beyond_its_quantile_and_between_draws_it_is_weighted():
     values = np.arange(10.0)[:, None]
     tail = Objective("tail mean", share=0.75)
-    assert tail(values, *MOMENTS) == pytest.approx((9 + 8 + 0.5 * 7) / 2.5)
+    assert tail(DRAWN._replace(values=values)) == pytest.approx((9 + 8 + 0.5 * 7) / 2.5)
 
 
 def test_a_search_minimises_what_it_is_asked_for():
@@ -387,10 +390,18 @@ def total(designs):
     return np.column_stack([designs.sum(axis=1), designs[:, 0]])
 
 
-def limited(sum_at_most=4.1, first=(0.95, 1.05), function=total, **changes):
-    response = ResponseFunction(function, SPACE_3.names, ("sum", "first"), "kg")
-    limits = Limits((Limit("sum", "kg", at_most=sum_at_most), Limit("first", "kg", *first)))
-    return LimitedResponse(ROBUST, response, limits, **changes)
+def limited(sum_at_most=4.1, first=(0.95, 1.05), function=total, statistic="nominal"):
+    total, single = (
+        Objective(
+            statistic,
+            response=ResponseFunction(
+                lambda x, k=k: function(x)[:, k], SPACE_3.names, (name,), "kg"
+            ),
+        )
+        for k, name in enumerate(("sum", "first"))
+    )
+    limits = [Limit(total, at_most=sum_at_most), Limit(single, *first)]
+    return replace(ROBUST, limits=limits)
 
 
 def test_excess_is_signed_and_one_column_per_bound():
@@ -402,11 +413,11 @@ def test_excess_is_signed_and_one_column_per_bound():
 
 
 def test_the_worst_drawn_part_may_have_to_keep_the_limits():
-    strict = limited(4.1, (0.0, 9.0), made=ROBUST.made)
+    strict = limited(4.1, (0.0, 9.0), statistic="largest")
     design = np.array([[1.0, 1.0, 1.0, 1.05]])
     worst = ROBUST.made(design[0]).sum(axis=1).max()
-    np.testing.assert_allclose(strict.excess(design)[0, 0], worst - 4.1, atol=1e-12)
-    assert limited().excess(design)[0, 0] < 0.0 < strict.excess(design)[0, 0]
+    np.testing.assert_allclose(strict(design).excess[0, 0], worst - 4.1, atol=1e-12)
+    assert limited()(design).excess[0, 0] < 0.0 < strict(design).excess[0, 0]
 
 
 def test_fronts_leave_out_what_misses_a_limit():
@@ -439,12 +450,14 @@ def test_fronts_leave_out_what_misses_a_limit():
             (lambda share=share: Objective("quantile", share=share), "above 0 and below 1")
             for share in (0.0, 1.0, -1.0, float("nan"))
         ),
-        (lambda: Limit("sum", "kg", 2.0, 1.0), "exclude each other"),
-        (lambda: Limit("sum", "kg"), "give at_least, at_most or both"),
-        (lambda: Limits(()), "limits: give at least one"),
+        (lambda: Limit(MEAN_SUM, 2.0, 1.0, "f.toml, 1"), "f.toml, 1: .* exclude each other"),
+        (lambda: Limit(MEAN_SUM), "give at_least, at_most or both"),
         (lambda: replace(ROBUST, objectives=(MEAN_SUM,)), "at least two objectives"),
         (lambda: replace(ROBUST, objectives=(MEAN_SUM,) * 6), "take at most 5"),
-        (lambda: replace(limited(), stated=Limits((Limit("sum", "kg", 1.0),))), "responses"),
+        (
+            lambda: Robust(model(), SPACE, DRAWS, limits=limited().limits),
+            "'sum' is of the variables .* same names in the same order",
+        ),
     ],
 )
 def test_what_makes_no_sense_is_refused(make, sentence):

@@ -12,10 +12,12 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 
+import deboom
 from deboom.errors import InputError
 from deboom.explore import search as search_module
 from deboom.explore.front import hypervolume, nondominated, pareto_front
-from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust, RobustEvaluation
+from deboom.explore.moments import Limit, Objective
+from deboom.explore.robust import Robust, RobustEvaluation
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import FAILED_OBJECTIVE, RobustProblem, Search, merge, nsga2
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
@@ -47,10 +49,17 @@ def total(designs):
     return np.column_stack([designs.sum(axis=1), designs[:, 0]])
 
 
-def limited(sum_at_most=4.1, first=(0.95, 1.05), function=total, **changes):
-    response = ResponseFunction(function, SPACE.names, ("sum", "first"), "kg")
-    limits = Limits((Limit("sum", "kg", at_most=sum_at_most), Limit("first", "kg", *first)))
-    return LimitedResponse(ROBUST, response, limits, **changes)
+def limited(sum_at_most=4.1, first=(0.95, 1.05), function=total):
+    names = ("sum", "first")
+    numbers = [
+        Objective(
+            "nominal",
+            response=ResponseFunction(lambda x, k=k: function(x)[:, k], SPACE.names, (name,), "kg"),
+        )
+        for k, name in enumerate(names)
+    ]
+    limits = [Limit(numbers[0], at_most=sum_at_most), Limit(numbers[1], *first)]
+    return replace(ROBUST, limits=limits)
 
 
 class _Recording(RobustEvaluation):
@@ -313,10 +322,10 @@ def test_what_was_kept_of_another_search_is_refused_by_name(changes, words):
 def test_the_front_keeps_all_limits_and_the_others_are_kept_with_their_excess():
     response = limited()
     search = nsga2(response, Search(24, 12, seed=1))
-    assert np.all(response.excess(search.front.designs) <= 0.0)
+    assert np.all(search.front.excess <= 0.0)
     assert np.all(total(search.front.designs)[:, 0] <= 4.1)
     assert 0 < search.infeasible.sum() < search.n_evaluated == 24 * 12
-    beyond = response.excess(search.evaluated.designs)
+    beyond = response(search.evaluated.designs).excess
     np.testing.assert_array_equal(search.evaluated.excess, beyond)
     np.testing.assert_array_equal(beyond.max(axis=1) > 0.0, search.infeasible)
 
@@ -353,6 +362,45 @@ def test_a_number_that_cannot_be_computed_keeps_no_limit():
         np.full((1, 4), 1.1), return_as_dictionary=True
     )
     assert np.isfinite(out["G"]).all()
+
+
+@pytest.mark.parametrize("algorithm", ["nsga2", "nsga3", "moead", NSGA2(20)])
+def test_within_limits_todays_design_is_the_first_of_all_and_elsewhere_nothing_changes(algorithm):
+    """No vehicle may be louder than today, by a thousandth: only today's design is near that."""
+    tight = [
+        Objective(statistic, response=name).at_most("today")
+        for name in MODEL.response_names
+        for statistic in ("mean", "sigma")
+    ]
+    settings = Search(20, 2, seed=1, algorithm=algorithm)
+    limited, free = (
+        nsga2(response, settings).evaluated.designs
+        for response in (replace(ROBUST, limits=tight), ROBUST)
+    )
+    np.testing.assert_array_equal(limited[0], SPACE.nominal)
+    np.testing.assert_array_equal(limited[1:20], free[1:20])
+    assert not np.array_equal(free[0], SPACE.nominal)
+
+
+def test_limits_that_todays_design_alone_keeps_give_a_front():
+    first = ResponseFunction(lambda x: np.abs(x - 1.0).max(axis=1), SPACE.names, ("far",), "1")
+    robust = replace(ROBUST, limits=[Objective("nominal", response=first).at_most("today")])
+    front = nsga2(robust, Search(20, 2, seed=1)).front
+    np.testing.assert_array_equal(front.designs, SPACE.nominal[np.newaxis])
+    begun = deboom.search(robust, Search(8, 1, seed=1, polish=False), first_population=FIRST[:3])
+    np.testing.assert_array_equal(begun.search.evaluated.designs[:3], FIRST[:3])
+    assert begun.search.front.designs.tolist() == [SPACE.nominal.tolist()]
+
+
+@pytest.mark.parametrize("statistic", ["mean", "nominal"])
+def test_a_limited_number_that_no_design_has_is_named_and_not_the_model(statistic):
+    own = ResponseFunction(lambda x: np.full(len(x), np.nan), SPACE.names, ("price",), "EUR")
+    limit = replace(Objective(statistic, response=own).at_most(5.0), source="offer.csv")
+    robust = replace(ROBUST, limits=[limit])
+    assert not robust(SPACE.nominal[np.newaxis]).failed.any()
+    words = r"'.*price at most 5 EUR' \(offer\.csv\) could not be computed for any"
+    with pytest.raises(InputError, match=words):
+        nsga2(robust, Search(8, 1, seed=1))
 
 
 def test_searches_of_several_seeds_merge_into_one_front():

@@ -1,6 +1,6 @@
 """Limits of a component and of a platform: SI inside, strict keys in the reader."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,7 +13,13 @@ from deboom.explore.robust import Robust
 from deboom.explore.search import Search, nsga2
 from deboom.explore.space import stiffness_factor_space
 from deboom.files import design_limits
-from deboom.files.design_limits import LimitEntry, load_limits, mount_limits, read_level_limits
+from deboom.files.design_limits import (
+    LimitEntry,
+    files_of_limits,
+    load_limits,
+    read_level_limits,
+    read_mount_limits,
+)
 from deboom.files.limits import read_component_limits
 from samples.known_truth import WithSlopes, quad2
 
@@ -129,7 +135,7 @@ def test_limits_of_levels_name_the_file_where_a_vehicle_is_missing(tmp_path):
     )
     assert not load_limits(path).of_mounts
     limits = read_level_limits(path, model)
-    assert [limit.objective.response for limit in limits] == ["tourer", "sedan", "tourer"]
+    assert [limit.number.response for limit in limits] == ["tourer", "sedan", "tourer"]
     assert [limit.at_most for limit in limits] == [52.5 * 41, "today", "today"]
     assert read_level_limits(None, model) == ()
     assert read_level_limits(written(tmp_path, f"format = 1\n{SAG}"), model) == ()
@@ -144,7 +150,8 @@ def test_limits_of_levels_name_the_file_where_a_vehicle_is_missing(tmp_path):
 
 
 MODEL = WithSlopes(quad2(4, seed=1))
-ROBUST = Robust(MODEL, stiffness_factor_space(MODEL.variable_names), draws=16)
+SPACE = stiffness_factor_space(MODEL.variable_names)
+ROBUST = Robust(MODEL, SPACE, draws=16)
 PLATFORM = SimpleNamespace(library_file=Path("library.sqlite"))
 RUNS = SimpleNamespace(variables=MODEL.variable_names, platform=PLATFORM)
 
@@ -201,22 +208,23 @@ def test_a_new_kind_of_limit_is_one_class(tmp_path):
     stated = f"format = 1\n[[ratio]]\nvariable = '{first}'\nover = '{second}'\n"
     path = written(tmp_path, f"{stated}at_least_percent = 105\nat_most_percent = 120\n")
     with pytest.raises(InputError, match=r"\[\[ratio\]\] 1: there is no variable 'z'"):
-        mount_limits(written(tmp_path, path.read_text().replace(first, "z")), RUNS, ROBUST)
+        read_mount_limits(written(tmp_path, path.read_text().replace(first, "z")), RUNS, SPACE)
     with pytest.raises(InputError, match=r"\[\[ratio\]\] 1: give a bound"):
         load_limits(written(tmp_path, stated))
     with pytest.raises(InputError, match=r"add \[\[sag\]\], .*\[\[ratio\]\] or \[\[level\]\]"):
         load_limits(written(tmp_path, "format = 1\n"))
     path = written(tmp_path, f"{stated}at_least_percent = 105\nat_most_percent = 120\n")
-    limits = mount_limits(path, RUNS, ROBUST)
-    assert limits.inputs == (path,)
-    assert limits.limits.names == (
+    limits = read_mount_limits(path, RUNS, SPACE)
+    assert files_of_limits(path, RUNS) == (path,)
+    robust = replace(ROBUST, limits=limits)
+    assert robust.limits.names == (
         f"{first} over {second} at least 105 %",
         f"{first} over {second} at most 120 %",
     )
-    searched = nsga2(limits.around(ROBUST), Search(20, 6, seed=1))
+    searched = nsga2(robust, Search(20, 6, seed=1))
     assert searched.infeasible.any()
-    assert is_smooth(ROBUST, limits)
-    descended = converged_front(ROBUST, seed=1, limits=limits, begin=searched.front.designs)
+    assert is_smooth(robust)
+    descended = converged_front(robust, seed=1, begin=searched.front.designs)
     for designs in (searched.front.designs, descended.designs):
         ratio = designs[:, 0] / designs[:, 1]
         assert ratio.min() > 1.05 - 1e-9
@@ -224,6 +232,7 @@ def test_a_new_kind_of_limit_is_one_class(tmp_path):
     assert descended.objectives[:, 0].min() <= searched.front.objectives[:, 0].min()
     design, step = np.array([[1.1, 0.9, 1.0, 1.05]]), 1e-6
     rows = design + step * np.vstack([np.eye(4), -np.eye(4)])
-    ahead, behind = np.split(limits.requirements(rows)[:, 0], 2)
-    gradient = limits.requirements.gradient(design)[0, 0]
+    requirements = limits[0].number.response
+    ahead, behind = np.split(requirements(rows)[:, 0], 2)
+    gradient = requirements.gradient(design)[0, 0]
     np.testing.assert_allclose(gradient, (ahead - behind) / (2 * step), rtol=1e-7, atol=1e-7)

@@ -376,7 +376,7 @@ def test_tasks_of_a_pymoo_user_run_in_their_lines(tmp_path, monkeypatch):
                 assert len(blocks(part, "python")) == len(ONE_MORE)
     assert counted == {*MOST_LINES, *ONE_MORE}
     assert "nearest-to-ideal" in names["front"].picks
-    assert len(names["limited"].limits.numbers) == 1
+    assert len(names["limited"].limits) == 1
     assert names["again"].doe.n_failed == 0
     one = deboom.search(names["robust"], population=12, generations=2)
     np.testing.assert_array_equal(names["dask"].values.objectives, one.values.objectives)

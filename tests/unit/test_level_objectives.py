@@ -72,14 +72,14 @@ def test_bounds_are_of_the_mean_over_lines_and_todays_of_each_vehicle():
     ]
     robust = deboom.Robust(MODEL, SPACE, draws=64, limits=limits)
     values = robust([[1.0], [1.01], [1.25]])
-    stated = robust.limits.responses(values.excess)
+    stated = robust.limits.numbers(values.excess)
     np.testing.assert_allclose(stated[:, 0], values.mean[:, 1], rtol=1e-14)
     assert [limit.at_most for limit in robust.limits.limits][:1] == [5.0]
     np.testing.assert_array_equal(values.excess[0, 1:3], [0.0, 0.0])
     assert (values.excess[1, :3] > 0.0).all()
     np.testing.assert_array_equal(values.excess[:, 3] > 0.0, [False, False, True])
-    assert robust.limits.limits[3].response == "mean of the loudest line, worst vehicle"
-    assert (robust.limits.limits[4].at_most, robust.limits.limits[4].unit) == (0.2, "dB")
+    assert robust.limits.limits[3].number.name == "mean of the loudest line, worst vehicle"
+    assert (robust.limits.limits[4].at_most, robust.limits.limits[4].number.unit) == (0.2, "dB")
 
 
 def test_a_limit_of_a_level_that_no_design_keeps_is_told_in_decibels_with_its_place(tmp_path):

@@ -8,8 +8,9 @@ import pytest
 import deboom
 from deboom.errors import InputError
 from deboom.explore.front import pareto_front, replicates, verified
+from deboom.explore.moments import Objective
 from deboom.explore.result import Front
-from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import Search, Until, nsga2, searched
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
@@ -261,24 +262,10 @@ def test_a_search_tells_its_progress_and_goes_on_from_what_is_kept_of_each_seed(
     assert "2 searches" in first.note
 
 
-@dataclass(frozen=True)
-class FirstFactor:
-    """The first factor, which is limited."""
-
-    variable_names: tuple[str, ...]
-    response_names: tuple[str, ...] = ("first",)
-
-    def __call__(self, designs):
-        """Return the factor, shape (n, 1)."""
-        return designs[:, :1]
-
-
 def test_limits_are_kept_by_every_design_and_picks_stay_where_they_were_found():
-    limit = Limit("first", "1", at_least=1.05)
-    limits = DesignLimits(FirstFactor(SPACE.names), Limits((limit,)))
-    front = deboom.search(
-        ROBUST, population=12, generations=4, seed=1, limits=limits, verified_with=16
-    )
+    first = ResponseFunction(lambda x: x[:, 0], SPACE.names, ("first",), "1")
+    limited = replace(ROBUST, limits=[Objective("nominal", response=first).at_least(1.05)])
+    front = deboom.search(limited, population=12, generations=4, seed=1, verified_with=16)
     assert front.values.designs[:, 0].min() >= 1.05
     assert "by gradient" not in front.note
     assert front.search.infeasible.any()
@@ -296,12 +283,12 @@ def test_every_pick_that_misses_a_limit_at_nominal_is_named():
     """No response depends on the second factor: picks have it at 1, where its limit is missed."""
     model = ResponseFunction(lambda x: (x[:, :1] - 0.9) ** 2, ("a", "b"), ("level",), "dB")
     second = ResponseFunction(lambda x: x[:, 1:], ("a", "b"), ("b",), "1")
-    limits = DesignLimits(second, Limits((Limit("b", "1", at_least=1.05),)))
-    robust = Robust(model, stiffness_factor_space(("a", "b"), 0.2, 0.15), draws=16)
-    budget = {"population": 8, "generations": 3, "verified_with": 16}
-    front = deboom.search(robust, limits=limits, **budget)
+    space = stiffness_factor_space(("a", "b"), 0.2, 0.15)
+    limit = Objective("nominal", response=second).at_least(1.05)
+    robust = Robust(model, space, draws=16, limits=[limit])
+    front = deboom.search(robust, population=8, generations=3, verified_with=16)
     report = Report("Limits", "Are they kept?")
-    report_limits(report, limits, front)
+    report_limits(report, front)
     for name in front.picks:
         sentence = f"The design '{name}' misses a limit: the closest one misses 'b at least 1.05 1'"
         assert sum(sentence in warning for warning in report.warnings) == 1

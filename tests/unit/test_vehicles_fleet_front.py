@@ -6,7 +6,7 @@ from scipy.stats import norm
 
 import deboom
 from deboom.errors import InputError
-from deboom.runs.search import keeping_peaks
+from deboom.runs.search import peak_rise_limits
 from deboom.vehicles.fleet_front import CarLevels, FleetFront
 
 
@@ -73,14 +73,13 @@ def test_none_louder_makes_no_peak_louder():
     np.testing.assert_allclose(heard.peak_rise(designs), [-1.0, 2.0], atol=1e-6)
     kept = heard.front.pick_designs["none-louder"]
     assert heard.peak_rise(kept[np.newaxis])[0] <= 0.01
-    limits = keeping_peaks(None, model, space.nominal, 0.0)
-    limited = limits.requirements
-    searched = deboom.search(
-        deboom.Robust(model, space, draws=16), generations=3, population=12, limits=limits, seed=1
-    )
+    (limit,) = peak_rise_limits(0.0, model, space.nominal)
+    robust = deboom.Robust(model, space, draws=16, limits=[limit])
+    limited = limit.number.response
+    searched = deboom.search(robust, generations=3, population=12, seed=1)
     assert limited(searched.values.designs).max() <= 1e-9
     assert limited(np.array([[0.8, 1.1]])) == pytest.approx(2.0)
-    told = limits.limits.closest(np.array([[2.0]]))
+    told = robust.limits.closest(np.array([[2.0]]))
     assert f"'{limited.response_names[0]} at most 0 dB' (--peak-rise 0) by 2 dB" in told
     without = FleetFront(front).front.picks
     assert without["best-mean"] == heard.front.picks["best-mean"]

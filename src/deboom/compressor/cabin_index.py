@@ -266,15 +266,13 @@ class MountStatics:
     centre: RealArray
     mass_matrix: RealArray
 
+    response_names = (TRAVEL,)
+    response_unit = "mm"
+
     @property
     def variable_names(self) -> tuple[str, ...]:
         """Name of each column of the designs."""
         return self.variables.names
-
-    @property
-    def response_names(self) -> tuple[str, ...]:
-        """Name of the response of `__call__`."""
-        return (TRAVEL,)
 
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
         """Return the largest travel of a mount under 1 g along x, y or z, (n, k) → (n, 1) [mm].

@@ -24,8 +24,8 @@ from scipy.optimize import minimize
 from deboom.arrays import RealArray
 from deboom.common import Progress
 from deboom.explore.front import nondominated, pareto_front
-from deboom.explore.moments import MEAN_SUM, Draws, Objective
-from deboom.explore.robust import DesignLimits, Robust, RobustValues
+from deboom.explore.moments import Draws, Limit, Objective
+from deboom.explore.robust import Limits, Robust, RobustValues, numbers_of_designs
 from deboom.explore.scatter import ToleranceSample, ToleranceSampler
 from deboom.explore.space import DesignSpace, generator
 
@@ -64,6 +64,8 @@ and its line search is not upset as it would be by an infinite value."""
 
 BEYOND = 1e3
 """Scaled distance that counts for each scaled unit beyond a limit: what keeps it is better."""
+DIFFERENCE = 1e-6
+"""Step of differences of a function without a gradient, in scaled designs."""
 MARGIN = 3e-6
 """Scaled distance that descents keep from limits, which they meet to within their tolerance."""
 GUIDES = 24
@@ -90,46 +92,21 @@ class Linearisable(Protocol):
         """
 
 
-class SmoothNumber(NamedTuple):
-    """A weighted sum over the responses of a statistic that has derivatives.
-
-    - `objective`: of the statistic.
-    - `shares` (r,): weight of each response [1].
-    """
-
-    objective: Objective
-    shares: RealArray
-
-
-def smooth_number(robust: Robust, objective: Objective) -> SmoothNumber | None:
-    """Return a number of a response, or the sum of all, that has a gradient; None of others."""
-    names = robust.evaluate.response_names
-    if objective.rule.by_draw is None or objective.worst:
-        return None
-    if objective.response is None:
-        shares = np.ones(len(names)) if robust.weights is None else robust.weights
-        return SmoothNumber(objective, shares)
-    if not isinstance(objective.response, str):
-        return None
-    return SmoothNumber(objective, np.eye(len(names))[names.index(objective.response)])
-
-
-def is_smooth(robust: Robust, limits: DesignLimits | None = None) -> bool:
+def is_smooth(robust: Robust) -> bool:
     """Say whether two objectives of a robust response, and all limits, have gradients.
 
     They do for means, sigmas and other statistics with derivatives of a `Linearisable` model whose
     designs share their draws, without whole-number variables. Limits may be bounds of these, of the
-    worst response from above, and of numbers of the design itself that have a ``gradient``; the
-    worst drawn part and the rise of a booming peak, which comes and goes, have none.
+    worst response from above, and of functions of the design, of which differences are taken where
+    there is no ``gradient``. The extremes of the drawn parts have none, nor has what is marked by
+    ``smooth = False``, such as the rise of a booming peak, which comes and goes.
     """
     return (
         len(robust.objectives) == 2
-        and len(_minimised(robust)) == 2
+        and all(_has_gradient(robust, objective) for objective in robust.objectives)
         and isinstance(robust.sample, ToleranceSample)
         and not robust.nominal_mean
-        and _bounds(robust) is not None
-        and (limits is None or limits.every_part is None)
-        and (limits is None or hasattr(limits.requirements, "gradient"))
+        and not without_gradient(robust)
         and not robust.space.integer.any()
         and bool(np.any(robust.space.upper > robust.space.lower))
         and isinstance(robust.evaluate, Linearisable)
@@ -137,37 +114,43 @@ def is_smooth(robust: Robust, limits: DesignLimits | None = None) -> bool:
     )
 
 
-def _minimised(robust: Robust) -> list[SmoothNumber]:
-    """Return the objectives that have a gradient."""
-    numbers = (smooth_number(robust, objective) for objective in robust.objectives)
-    return [number for number in numbers if number is not None]
+def without_gradient(robust: Robust) -> list[Limit]:
+    """Return the limits of a robust response that descents cannot keep."""
+    return [
+        limit
+        for limit in robust.limits.limits
+        if not all(_has_gradient(robust, each.number) for each in _of_each(robust, limit))
+    ]
 
 
-class _Bound(NamedTuple):
-    """A bound of a number, which must lie below it (sign 1) or above it (sign -1)."""
-
-    number: SmoothNumber
-    sign: float
-    value: float
+def by_differences(robust: Robust) -> list[Limit]:
+    """Return the limits of a robust response whose gradients are differences."""
+    return [limit for limit in robust.limits.limits if _is_differenced(limit.number)]
 
 
-def _bounds(robust: Robust) -> list[_Bound] | None:
-    """Return what limits a robust response; None where something limited has no gradient."""
-    bounds: list[_Bound] = []
-    if robust.limits is None:
-        return bounds
-    for limit, stated in zip(robust.limits.limits, robust.limits.numbers, strict=True):
-        objective, each = stated.objective, [stated.objective]
-        if objective.worst and objective.response is None and np.isinf(limit.at_least):
-            # the largest is below a bound if all are
-            names = robust.evaluate.response_names
-            each = [replace(objective, worst=False, response=name) for name in names]
-        for number in (smooth_number(robust, entry) for entry in each):
-            if number is None:
-                return None
-            sides = ((-1.0, limit.at_least), (1.0, limit.at_most))
-            bounds += [_Bound(number, *side) for side in sides if np.isfinite(side[1])]
-    return bounds
+def _has_gradient(robust: Robust, number: Objective) -> bool:
+    """Say whether a number has a gradient, apart from what the model may lack."""
+    if not number.has_own_model:
+        return number.shares(robust.evaluate.response_names, robust.weights) is not None
+    smooth = number.is_of_design or number.rule.by_draw is not None
+    return smooth and not number.worst and getattr(number.response, "smooth", True)
+
+
+def _is_differenced(number: Objective) -> bool:
+    """Say whether the gradient of a number with a model of its own takes differences."""
+    given = number.is_of_design and hasattr(number.response, "gradient")
+    return number.has_own_model and not given
+
+
+def _of_each(robust: Robust, limit: Limit) -> list[Limit]:
+    """Return a limit, or one of each response in place of that of the worst one from above."""
+    number = limit.number
+    if number.worst and number.response is None and np.isinf(float(limit.at_least)):
+        # the largest is below a bound if all are
+        names = robust.evaluate.response_names
+        each = [replace(number, worst=False, response=name) for name in names]
+        return [replace(limit, number=one) for one in each]
+    return [limit]
 
 
 def objectives_and_gradients(
@@ -199,16 +182,21 @@ def objectives_and_gradients(
     derivatives of the objective by the responses: ``1/n`` for the mean,
     ``(y_tr − mean_r) / (σ_r (n − 1))`` for the sigma of plain moments.
     """
-    numbers = _minimised(robust)
+    numbers = list(robust.objectives)
     if each_mean:
-        r = len(robust.evaluate.response_names)
-        numbers += [SmoothNumber(MEAN_SUM, shares) for shares in np.eye(r)]
-    objectives, gradients = _linearised(robust, design, numbers)
+        numbers += [Objective("mean", response=name) for name in robust.evaluate.response_names]
+    objectives, gradients = _linearised(robust, design, numbers, _shares(robust, numbers))
     return objectives, gradients()
 
 
+def _shares(robust: Robust, numbers: Sequence[Objective]) -> RealArray:
+    """Return the weights of the responses in each number that is smooth, (o, r)."""
+    names = robust.evaluate.response_names
+    return np.array([cast(Any, number.shares(names, robust.weights)) for number in numbers])
+
+
 def _linearised(
-    robust: Robust, design: RealArray, numbers: Sequence[SmoothNumber]
+    robust: Robust, design: RealArray, numbers: Sequence[Objective], shares: RealArray
 ) -> tuple[RealArray, Callable[[], RealArray]]:
     """Return several numbers (o,) of a design, and a function that returns their gradients (o, k).
 
@@ -219,16 +207,18 @@ def _linearised(
     made_per_design, added = robust.made_terms(design)
     values, pull_back = model.linearised(design * made_per_design + added)
     derivatives = robust.prepared(design).derivatives(values)
-    draws = Draws(values, derivatives.mean, derivatives.sigma)
+    draws = Draws(
+        values, derivatives.mean, derivatives.sigma, lambda: robust.evaluate(design[np.newaxis])[0]
+    )
     sums = [
-        np.einsum("r,r->", shares, objective.rule.of(draws, objective))
-        for objective, shares in numbers
+        np.einsum("r,r->", share, number.rule.of(draws, number))
+        for number, share in zip(numbers, shares, strict=True)
     ]
 
     def gradients() -> RealArray:
-        # a number without derivatives is no `SmoothNumber`
-        by_draw = [cast(Any, objective.rule.by_draw)(derivatives) for objective, _ in numbers]
-        weights = [number.shares * slope for number, slope in zip(numbers, by_draw, strict=True)]
+        # a number without derivatives has no shares
+        by_draw = [cast(Any, number.rule.by_draw)(derivatives) for number in numbers]
+        weights = [share * slope for share, slope in zip(shares, by_draw, strict=True)]
         slopes = pull_back(np.array(weights))
         return np.asarray(np.einsum("otk,tk->ok", slopes, made_per_design))
 
@@ -240,35 +230,72 @@ class _Problem:
     """Two objectives and the excess over limits of a design, with their gradients."""
 
     robust: Robust
-    limits: DesignLimits | None = None
 
     @cached_property
-    def _bounds(self) -> list[_Bound]:
-        return _bounds(self.robust) or []
+    def _limits(self) -> Limits:
+        """Limits of numbers of the responses, then those of functions of designs."""
+        limits = self.robust.limits.limits
+        of_responses = (limit for limit in limits if not limit.number.has_own_model)
+        each = [one for limit in of_responses for one in _of_each(self.robust, limit)]
+        return Limits((*each, *(limit for limit in limits if limit.number.has_own_model)))
 
     @cached_property
-    def _numbers(self) -> list[SmoothNumber]:
-        return _minimised(self.robust) + [bound.number for bound in self._bounds]
+    def _own(self) -> list[Objective]:
+        """Numbers whose model is their own."""
+        numbers = (limit.number for limit in self._limits.limits)
+        return [number for number in numbers if number.has_own_model]
+
+    @cached_property
+    def _numbers(self) -> list[Objective]:
+        """Objectives, and limited numbers of the responses."""
+        limited = [limit.number for limit in self._limits.limits if not limit.number.has_own_model]
+        return [*self.robust.objectives, *limited]
+
+    @cached_property
+    def _shares(self) -> RealArray:
+        return _shares(self.robust, self._numbers)
 
     def __call__(self, design: RealArray) -> tuple[RealArray, Callable[[], RealArray]]:
         """Return the objectives and the excess of a design, and a function for their gradients.
 
         - returns: (2 + c,), and a function that returns (2 + c, k).
         """
-        numbers, slopes = _linearised(self.robust, design, self._numbers)
-        signs = np.ones(len(numbers))
-        for row, (_, sign, value) in enumerate(self._bounds, 2):
-            numbers[row], signs[row] = sign * (numbers[row] - value), sign
-        if self.limits is None:
-            return numbers, lambda: slopes() * signs[:, np.newaxis]
-        limits, requirements = self.limits.limits, cast(Any, self.limits.requirements)
-        excess = limits.excess(requirements(design[np.newaxis]))[0]
+        numbers, slopes = _linearised(self.robust, design, self._numbers, self._shares)
+        if not self._limits:
+            return numbers, slopes
+        own = [self.robust.own_number(number, design) for number in self._own]
 
         def gradients() -> RealArray:
-            of_limits = limits.excess_slopes(requirements.gradient(design[np.newaxis])[0])
-            return np.vstack([slopes() * signs[:, np.newaxis], of_limits])
+            rows = slopes()
+            for number, value in zip(self._own, own, strict=True):
+                rows = np.vstack([rows, _own_gradient(self.robust, number, design, value)])
+            return np.vstack([rows[:2], self._limits.excess_slopes(rows[2:])])
 
-        return np.concatenate([numbers, excess]), gradients
+        excess = self._limits.excess(np.array([[*numbers[2:], *own]]))[0]
+        return np.concatenate([numbers[:2], excess]), gradients
+
+
+def _own_gradient(robust: Robust, number: Objective, design: RealArray, value: float) -> RealArray:
+    """Return the derivatives (k,) of a number whose model is its own, exact or by differences.
+
+    - `value`: the number of the design.
+    """
+    if not _is_differenced(number):
+        gradient = cast(Any, number.response).gradient(design[np.newaxis])[0]
+        return np.asarray(gradient.sum(axis=0))
+    space = robust.space
+    step = DIFFERENCE * (space.upper - space.lower)
+    # within the bounds, beyond which a function may not reach
+    step = np.where(design + step > space.upper, -step, step)
+    free = np.flatnonzero(step)
+    moved = design + np.diag(step)[free]
+    if number.is_of_design:
+        values = numbers_of_designs([number], moved)[:, 0]
+    else:
+        values = np.array([robust.own_number(number, each) for each in moved])
+    gradient = np.zeros(design.size)
+    gradient[free] = (values - value) / step[free]
+    return gradient
 
 
 class _Point(NamedTuple):
@@ -439,8 +466,8 @@ def converged_front(
     robust: Robust,
     *,
     seed: int,
-    limits: DesignLimits | None = None,
     begin: RealArray | None = None,
+    ends_only: bool = False,
     progress: Progress | None = None,
 ) -> RobustValues:
     """Return a converged front of two smooth objectives, perhaps within limits.
@@ -451,11 +478,11 @@ def converged_front(
         Response for which `is_smooth` holds.
     seed : int
         Seed from 1 upwards of the random designs that find the branches.
-    limits : DesignLimits, optional
-        What designs must keep, beside the limits of the response.
     begin : array, shape (n, k), optional
         Designs within all limits from which descents begin too, by the first objective, such as the
         front of another search [units of the space]. Random designs seldom are within limits.
+    ends_only : bool
+        Whether to leave the front between its ends as the descents to these happen to meet it.
     progress : callable, optional
         Called after each stage.
 
@@ -485,31 +512,33 @@ def converged_front(
     def place() -> RealArray:
         return np.where(free, random.random(free.size), 0.0)
 
-    stages = _Stages(progress)
-    few = _Problem(replace(robust, sample=_first_draws(robust.sample, FEW_DRAWS)), limits)
+    stages = _Stages(progress, 3 if ends_only else 5)
+    few = _Problem(replace(robust, sample=_first_draws(robust.sample, FEW_DRAWS)))
     size, worst = _scale(few, np.array([place() for _ in range(16)]))
     guides = _guides(space, begin)
-    ends, branches = _branches(_Landscape(few, size, worst), place, guides)
+    targets = 0 if ends_only else TARGETS
+    ends, branches = _branches(_Landscape(few, size, worst), place, guides, targets)
     stages.done("branches of the front")
-    landscape = _Landscape(_Problem(robust, limits), size, worst)
+    landscape = _Landscape(_Problem(robust), size, worst)
     net = _Net(landscape, _ends(landscape, ends, branches, guides))
     stages.done("both ends")
-    for guide in guides:
-        landscape.point(guide)
-    for share, points in branches.items():
-        starts = [points[0].place, *_at_share(guides, share)]
-        net.solve(share, [landscape.point(start) for start in starts])
-    for shares in (sorted(net.points), sorted(net.points, reverse=True)):
-        for before, share in pairwise(shares[:-1]):
-            net.solve(share, [net.points[before]])
-    stages.done("targets between them")
-    net.refine()
-    stages.done("widest gaps halved")
+    if not ends_only:
+        for guide in guides:
+            landscape.point(guide)
+        for share, points in branches.items():
+            starts = [points[0].place, *_at_share(guides, share)]
+            net.solve(share, [landscape.point(start) for start in starts])
+        for shares in (sorted(net.points), sorted(net.points, reverse=True)):
+            for before, share in pairwise(shares[:-1]):
+                net.solve(share, [net.points[before]])
+        stages.done("targets between them")
+        net.refine()
+        stages.done("widest gaps halved")
     kept = np.array(landscape.beyond) <= 0.0
     places, reached = np.array(landscape.places)[kept], np.array(landscape.values)[kept]
-    places = np.vstack([places[nondominated(reached)], *net.lines()])
-    evaluated = robust if limits is None else limits.around(robust)
-    values = evaluated(space.lower + places * (space.upper - space.lower))
+    lines = [] if ends_only else net.lines()
+    places = np.vstack([places[nondominated(reached)], *lines])
+    values = robust(space.lower + places * (space.upper - space.lower))
     stages.done("lines between neighbours")
     return pareto_front(values)
 
@@ -529,15 +558,15 @@ def _at_share(guides: Sequence[RealArray], share: float) -> list[RealArray]:
 
 
 class _Stages:
-    """Tells a progress bar which of the five stages are done."""
+    """Tells a progress bar which of its stages are done."""
 
-    def __init__(self, progress: Progress | None) -> None:
-        self.progress, self.n_done = progress, 0
+    def __init__(self, progress: Progress | None, n_stages: int) -> None:
+        self.progress, self.n_done, self.n_stages = progress, 0, n_stages
 
     def done(self, words: str) -> None:
         self.n_done += 1
         if self.progress is not None:
-            self.progress(self.n_done, 5, f"descents, {words}")
+            self.progress(self.n_done, self.n_stages, f"descents, {words}")
 
 
 def _first_draws(sample: ToleranceSampler, n: int) -> ToleranceSampler:
@@ -556,7 +585,7 @@ def _scale(problem: _Problem, places: RealArray) -> tuple[RealArray, RealArray]:
     values = problem.robust(designs)
     computed = values.objectives[~values.failed]
     excess = np.empty((len(designs), 0))
-    if problem.robust.limits is not None or problem.limits is not None:
+    if problem.robust.limits:
         excess = np.array([problem(design)[0][2:] for design in designs])
         excess = excess[np.isfinite(excess).all(axis=1)]
     if len(computed) == 0:
@@ -567,7 +596,7 @@ def _scale(problem: _Problem, places: RealArray) -> tuple[RealArray, RealArray]:
 
 
 def _branches(
-    few: _Landscape, place: Callable[[], RealArray], guides: Sequence[RealArray]
+    few: _Landscape, place: Callable[[], RealArray], guides: Sequence[RealArray], targets: int
 ) -> tuple[list[list[_Point]], dict[float, list[_Point]]]:
     """Return both ends and the optima at each target, all with few draws, the best first."""
     ends = []
@@ -577,7 +606,7 @@ def _branches(
         ends.append(sorted(points, key=partial(_value_of, row=row)))
     line = _Line(ends[0][0].value, ends[1][0].value)
     branches = {}
-    for share in (np.arange(TARGETS) + 0.5) / TARGETS:
+    for share in (np.arange(targets) + 0.5) / max(targets, 1):
         target = line.target(share)
         starts = [place() for _ in range(STARTS)] + _at_share(guides, float(share))
         points = [few.reach(start, target, line.box, goal=ROUGH, steps=20) for start in starts]
@@ -597,10 +626,10 @@ def _ends(
 ) -> list[_Point]:
     """Return both ends with all draws."""
     best = []
-    nearest = (min(branches), max(branches))
+    nearest = [branches[min(branches)], branches[max(branches)]] if branches else [[], []]
     for row in range(2):
         starts = _distinct(_valleys(ends[row], row), 6, 0.3)
-        starts += _distinct(branches[nearest[row]], 2, APART)
+        starts += _distinct(nearest[row], 2, APART)
         starts += _at_share(guides, float(row))
         value_of = partial(_value_of, row=row)
         points = [landscape.descend(place, row, goal=1e-4, steps=25) for place in starts]

@@ -121,13 +121,14 @@ def replicates(
     """Return a robust response with one scramble of `n_samples` Sobol draws for each purpose.
 
     `n_samples` is a power of two. The seed may be that of a search: the draws are others anyway.
+    Only limits of numbers that other draws change are judged again.
     """
-    return Replicates(
-        tuple(
-            replace(robust, sample=sobol_sample(robust.n_draws, n_samples, seed=seed, purpose=name))
-            for name in purposes
-        )
+    # numbers of the design are the same under any draws, and more parts have more extreme ones
+    limits = robust.limits.of_estimates
+    samples = (
+        sobol_sample(robust.n_draws, n_samples, seed=seed, purpose=name) for name in purposes
     )
+    return Replicates(tuple(replace(robust, sample=each, limits=limits) for each in samples))
 
 
 def verification_response(robust: Robust, n_samples: int = 1024, *, seed: int) -> Robust:

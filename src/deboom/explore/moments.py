@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -189,11 +189,13 @@ class Draws(NamedTuple):
     """Responses of one design, draw by draw, and their moments as the estimator gave them.
 
     - `values` (n_samples, r), `mean`, `sigma` (r,) [response unit].
+    - `nominal`: function that returns the responses of the design itself (r,) [response unit].
     """
 
     values: RealArray
     mean: RealArray
     sigma: RealArray
+    nominal: Callable[[], RealArray]
 
 
 @dataclass(frozen=True)
@@ -209,6 +211,7 @@ class Statistic:
     - `unit`: unit, where it is not that of the responses.
     - `is_level`: whether it says how large a response is, not how far it scatters.
     - `takes_level`: whether it counts parts above a level, `Objective.above`.
+    - `is_estimate`: whether its draws stand for all parts, so that new draws judge it again.
     """
 
     words: str
@@ -218,6 +221,7 @@ class Statistic:
     unit: str = ""
     is_level: bool = True
     takes_level: bool = False
+    is_estimate: bool = True
 
 
 def _tail_mean(draws: Draws, number: Objective) -> RealArray:
@@ -251,6 +255,13 @@ STATISTICS: dict[str, Statistic] = {
         is_level=False,
         takes_level=True,
     ),
+    "nominal": Statistic("nominal", lambda draws, _: draws.nominal(), is_estimate=False),
+    "largest": Statistic(
+        "largest of all parts", lambda draws, _: draws.values.max(axis=0), is_estimate=False
+    ),
+    "smallest": Statistic(
+        "smallest of all parts", lambda draws, _: draws.values.min(axis=0), is_estimate=False
+    ),
 }
 """Statistics by name: an entry serves objectives, limits, their files and options, and descents."""
 
@@ -262,7 +273,9 @@ class Objective:
     Parameters
     ----------
     statistic : str
-        One of `STATISTICS`: ``mean``, ``sigma``, ``quantile``, ``tail mean`` or ``share above``.
+        One of `STATISTICS`: ``mean``, ``sigma``, ``quantile``, ``tail mean``, ``share above``;
+        ``nominal`` of the design itself, without scatter; ``largest`` or ``smallest`` of the parts
+        that are drawn.
     worst : bool
         Take the largest over the responses, such as the loudest vehicle's, instead of the sum.
     share : float
@@ -331,50 +344,113 @@ class Objective:
         names = getattr(self.response, "response_names", None) or [
             getattr(self.response, "__name__", "own number")
         ]
+        what = self.response if isinstance(self.response, str) else names[0]
         if len(names) > 1 and not isinstance(self.response, str):
-            what = getattr(self.response, "quantity", "own number")
-            return f"{statistic}, {what}, {'worst' if self.worst else 'sum'}"
-        return f"{statistic}, {self.response if isinstance(self.response, str) else names[0]}"
+            quantity = getattr(self.response, "quantity", "own number")
+            what = f"{quantity}, {'worst' if self.worst else 'sum'}"
+        return what if self.is_of_design else f"{statistic}, {what}"
 
-    def at_most(self, bound: float | str) -> RobustLimit:
+    @property
+    def has_own_model(self) -> bool:
+        """Whether it is of a function of designs, not of responses of the model."""
+        return hasattr(self.response, "variable_names")
+
+    @property
+    def is_of_design(self) -> bool:
+        """Whether it follows from the design alone, without any draw or response of the model."""
+        return self.statistic == "nominal" and self.has_own_model
+
+    def shares(self, names: Sequence[str], weights: RealArray | None) -> RealArray | None:
+        """Return the weight of each response (r,) in a number with derivatives; None of others.
+
+        - `names`, `weights` (r,): of the responses of the model.
+        """
+        if self.rule.by_draw is None or self.worst:
+            return None
+        if self.response is None:
+            return np.ones(len(names)) if weights is None else weights
+        if not isinstance(self.response, str):
+            return None
+        return np.asarray(np.eye(len(names))[list(names).index(self.response)])
+
+    def at_most(self, bound: float | str) -> Limit:
         """Return the limit that the number is at most a bound, or ``"today"`` [unit]."""
-        return RobustLimit(self, at_most=bound)
+        return Limit(self, at_most=bound)
 
-    def at_least(self, bound: float | str) -> RobustLimit:
+    def at_least(self, bound: float | str) -> Limit:
         """Return the limit that the number is at least a bound, or ``"today"`` [unit]."""
-        return RobustLimit(self, at_least=bound)
+        return Limit(self, at_least=bound)
 
-    def __call__(
-        self, values: RealArray, mean: RealArray, sigma: RealArray, weights: RealArray | None = None
-    ) -> float:
-        """Return the objective [response unit].
+    def __call__(self, draws: Draws, weights: RealArray | None = None) -> float:
+        """Return the objective of draws of its responses [response unit].
 
-        - `values` (n_samples, r): responses, draw by draw [response unit].
-        - `mean`, `sigma` (r,): moments of the responses, as the estimator gave them
-          [response unit].
         - `weights` (r,), optional: of the responses in a sum [1].
         """
-        numbers = self.rule.of(Draws(values, mean, sigma), self)
+        numbers = self.rule.of(draws, self)
         if self.worst:
             return float(numbers.max())
         return float(numbers.sum() if weights is None else np.einsum("r,r->", weights, numbers))
 
 
-@dataclass(frozen=True)
-class RobustLimit:
-    """A bound on a number of a design; see `Objective.at_most`.
+TODAY = "today"
+"""A bound that is the number of today's design."""
 
-    - `objective`: the number.
-    - `at_most`, `at_least`: bounds [its unit], or ``"today"`` for today's design under the same
-      draws.
-    - `source`, `n_lines`: see `deboom.explore.robust.Limit`.
+
+@dataclass(frozen=True)
+class Limit:
+    """A number of a design with bounds that are allowed values; infinite where there is none.
+
+    Parameters
+    ----------
+    number : Objective
+        What is limited; see `Objective.at_most`.
+    at_least, at_most : float or str
+        Bounds, or ``"today"`` for the number of today's design under the same draws [unit of the
+        number].
+    source : str
+        Who stated the limit, such as a file and the place in it, or an option.
+    n_lines : int
+        Lines that the number is the sum of; sentences give the mean over them.
+
+    Raises
+    ------
+    InputError
+        No bound at all, another text, or bounds that leave no value between them.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.Objective("mean", response="U06-5").at_most("today").at_most
+    'today'
     """
 
-    objective: Objective
-    at_most: float | str = np.inf
+    number: Objective
     at_least: float | str = -np.inf
+    at_most: float | str = np.inf
     source: str = ""
     n_lines: int = 1
+
+    def __post_init__(self) -> None:
+        sides = (self.at_least, self.at_most)
+        for bound in sides:
+            if isinstance(bound, str) and bound != TODAY:
+                raise self._fault(f"'{bound}' is no bound, give a number or '{TODAY}'")
+        if TODAY in sides:
+            return
+        low, high = map(float, sides)
+        if not low <= high:
+            raise self._fault(f"at least {low:g} and at most {high:g} exclude each other")
+        if np.isinf(low) and np.isinf(high):
+            raise self._fault("give at_least, at_most or both")
+
+    def _fault(self, words: str) -> InputError:
+        stated = f"{self.source}: " if self.source else ""
+        return InputError(f"{stated}limit of {self.number.name}: {words}")
+
+    @property
+    def needs_today(self) -> bool:
+        """Whether a bound is the number of today's design."""
+        return TODAY in (self.at_least, self.at_most)
 
 
 MEAN_SUM = Objective("mean")

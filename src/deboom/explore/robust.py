@@ -2,25 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import BoolArray, RealArray, TextArray, checked, frozen_copy, short_repr
+from deboom.arrays import (
+    BoolArray,
+    IntArray,
+    RealArray,
+    TextArray,
+    checked,
+    frozen_copy,
+    short_repr,
+)
 from deboom.choices import Distribution
 from deboom.errors import InputError
 from deboom.explore.moments import (
     MEAN_SUM,
     SIGMA_SUM,
+    TODAY,
+    Draws,
     Estimator,
+    Limit,
     Objective,
     PreparedEstimator,
-    RobustLimit,
 )
 from deboom.explore.scatter import (
     ToleranceSample,
@@ -32,7 +41,6 @@ from deboom.explore.scatter import (
 from deboom.explore.space import (
     DesignSpace,
     Evaluate,
-    Requirements,
     check_fits,
     check_same_names,
     checked_model,
@@ -155,15 +163,15 @@ class RobustEvaluation(Protocol):
         return 2
 
     @property
-    def limits(self) -> Limits | None:
-        """Limits that the designs must keep; None without."""
-        return None
+    def limits(self) -> Limits:
+        """Limits that the designs must keep."""
+        return Limits()
 
     def __call__(self, designs: RealArray) -> RobustValues:
         """Return the values of the designs, shape (n, k)."""
 
 
-class Around(RobustEvaluation):
+class RobustWrapper(RobustEvaluation):
     """A robust response around another one, with its space, objectives and limits."""
 
     robust: RobustEvaluation
@@ -179,8 +187,8 @@ class Around(RobustEvaluation):
         return self.robust.n_objectives
 
     @property
-    def limits(self) -> Limits | None:
-        """Limits that the designs must keep; None without."""
+    def limits(self) -> Limits:
+        """Limits that the designs must keep."""
         return self.robust.limits
 
 
@@ -216,16 +224,18 @@ class Robust:
         draws.
     seed : int
         Seed of these draws, from 1.
-    limits : sequence of RobustLimit, optional
-        What designs must keep, such as ``Objective("mean", response="U06-5").at_most("today")``.
+    limits : sequence of Limit, optional
+        What designs must keep, such as ``Objective("mean", response="U06-5").at_most("today")``, or
+        ``Objective("nominal", response=price).at_most(5.0)`` of a function of the design.
     weights : array, shape (r,), optional
         Weights of the responses in sums; only their ratios count [1].
 
     Raises
     ------
     InputError
-        An objective or limit of a response that there is not; weights that are negative or none.
-        Variables of the model, the space, the structure and the sample that differ; a structure
+        An objective or limit of a response that there is not, or of a function with other
+        variables; bounds that exclude each other; weights that are negative or none. Variables of
+        the model, the space, the structure and the sample that differ; a structure
         that would let a variable change its sign; fewer than two objectives; a model without
         names; a number of draws that is no power of two; a seed below 1.
 
@@ -245,7 +255,7 @@ class Robust:
     estimator: Estimator
     objectives: tuple[Objective, ...]
     structure: ToleranceStructure | None
-    limits: RobustLimits | None
+    limits: Limits
     weights: RealArray | None
 
     __repr__ = short_repr
@@ -262,7 +272,7 @@ class Robust:
         *,
         draws: int = 128,
         seed: int = 1,
-        limits: Sequence[RobustLimit] | RobustLimits | None = None,
+        limits: Sequence[Limit] | Limits = (),
         weights: npt.ArrayLike | None = None,
     ) -> None:
         if sample is None:
@@ -277,16 +287,16 @@ class Robust:
             ("estimator", estimator or Estimator()),
             ("objectives", tuple(objectives)),
             ("structure", structure),
-            ("limits", None),
+            ("limits", Limits()),
             ("weights", None),
         ):
             object.__setattr__(self, name, value)
         self._check()
         object.__setattr__(self, "weights", self._normalised(weights))
-        numbers = limits.numbers if isinstance(limits, RobustLimits) else tuple(limits or ())
-        for number in (*self.objectives, *(limit.objective for limit in numbers)):
+        stated = limits.stated if isinstance(limits, Limits) else tuple(limits)
+        for number in (*self.objectives, *(limit.number for limit in stated)):
             self._check_number(number)
-        object.__setattr__(self, "limits", self._resolved(numbers))
+        object.__setattr__(self, "limits", self._resolved(stated))
 
     def _check(self) -> None:
         if len(self.objectives) < 2:
@@ -353,29 +363,27 @@ class Robust:
         names = tuple(self.evaluate.response_names)
         if isinstance(number.response, str) and number.response not in names:
             raise InputError(f"no response '{number.response}': use one of {list(names)}")
+        variables = getattr(number.response, "variable_names", self.space.names)
+        check_same_names(f"'{number.name}' is of the variables", variables, self.space.names)
 
-    def _resolved(self, numbers: tuple[RobustLimit, ...]) -> RobustLimits | None:
+    def _resolved(self, stated: tuple[Limit, ...]) -> Limits:
         """Return limits with today's numbers, under these draws, where bounds say so."""
-        if not numbers:
-            return None
-        today = np.full(len(numbers), np.nan)
-        if any("today" in (entry.at_most, entry.at_least) for entry in numbers):
-            wanted = tuple(entry.objective for entry in numbers)
-            today = self._numbers(self.space.nominal, wanted)
-        bounds = []
-        for limit, value in zip(numbers, today, strict=True):
-            sides = []
-            for bound in (limit.at_least, limit.at_most):
-                if isinstance(bound, str) and bound != "today":
+        todays = [limit.number for limit in stated if limit.needs_today]
+        numbers = iter(self.numbers(self.space.nominal[np.newaxis], todays)[0].tolist())
+        limits = []
+        for limit in stated:
+            low, high = limit.at_least, limit.at_most
+            if limit.needs_today:
+                today = next(numbers)
+                if not np.isfinite(today):
                     raise InputError(
-                        f"limit of {limit.objective.name}: '{bound}' is no bound, give a number "
-                        "or 'today'"
+                        f"limit of {limit.number.name}: today's design fails somewhere in its "
+                        "scatter, give a number as the bound"
                     )
-                sides.append(float(value) if bound == "today" else float(bound))
-            name, unit = limit.objective.name, self.unit_of(limit.objective)
-            low, high = sides
-            bounds.append(Limit(name, unit, low, high, limit.source, limit.n_lines))
-        return RobustLimits(tuple(bounds), numbers)
+                low, high = (today if bound == TODAY else bound for bound in (low, high))
+            with_unit = replace(limit.number, unit=self.unit_of(limit.number))
+            limits.append(replace(limit, number=with_unit, at_least=low, at_most=high))
+        return Limits(tuple(limits), stated)
 
     def unit_of(self, number: Objective) -> str:
         """Return the unit of an objective or of a limited number."""
@@ -423,15 +431,21 @@ class Robust:
     def __call__(self, designs: RealArray) -> RobustValues:
         """Return the values of the designs, shape (n, k)."""
         designs = self.space.checked(designs)
-        r = len(self.evaluate.response_names)
-        m, n_limits = self.n_objectives, len(self.limits.numbers) if self.limits else 0
-        rows = np.empty((len(designs), 2 * r + 2 + m + n_limits))
+        r, m = len(self.evaluate.response_names), self.n_objectives
+        numbers = [limit.number for limit in self.limits.limits]
+        drawn = np.array([not number.is_of_design for number in numbers], dtype=bool)
+        of_draws = [number for number in numbers if not number.is_of_design]
+        rows = np.empty((len(designs), 2 * r + 2 + m + len(of_draws)))
         messages = []
         for row, design in zip(rows, designs, strict=True):
-            row[:], message = self._statistics(design)
+            row[:], message = self._statistics(design, of_draws)
             messages.append(message)
         parts = np.hsplit(rows, [r, 2 * r, 2 * r + 2, 2 * r + 2 + m])
-        mean, sigma, errors, objectives, limited = parts
+        mean, sigma, errors, objectives, by_draws = parts
+        limited = np.empty((len(designs), len(numbers)))
+        limited[:, drawn] = by_draws
+        of_design = [number for number in numbers if number.is_of_design]
+        limited[:, ~drawn] = numbers_of_designs(of_design, designs)
         sums = (
             [part.sum(axis=1) for part in (mean, sigma)]
             if self.weights is None
@@ -447,7 +461,7 @@ class Robust:
             standard_error_sigma_sum=errors[:, 1],
             failed=np.isnan(errors[:, 0]),
             objectives=objectives,
-            excess=self.limits.excess(limited) if self.limits else np.empty((len(designs), 0)),
+            excess=self.limits.excess(limited),
             message=np.array(messages, dtype=str),
         )
 
@@ -515,70 +529,127 @@ class Robust:
             return self.estimator(self.sample.values)
         return None
 
-    def _statistics(self, design: RealArray) -> tuple[RealArray, str]:
-        """Moments, their standard errors and the objectives; all NaN, and why, if it failed."""
-        limited = [limit.objective for limit in self.limits.numbers] if self.limits else []
-        n_numbers = 2 * len(self.evaluate.response_names) + 2 + self.n_objectives + len(limited)
-        failed = np.full(n_numbers, np.nan)
+    def numbers(self, designs: RealArray, numbers: Sequence[Objective]) -> RealArray:
+        """Return numbers (n, o) of designs (n, k); NaN of a design that fails in its scatter."""
+        if all(number.is_of_design for number in numbers):
+            return numbers_of_designs(numbers, designs)
+        rows = np.full((len(designs), len(numbers)), np.nan)
+        for row, design in zip(rows, designs, strict=True):
+            try:
+                made = self._made_design(design)
+                row[:] = [made.number(number) for number in numbers]
+            except Exception as error:
+                said(error)
+        return rows
+
+    def own_number(self, number: Objective, design: RealArray) -> float:
+        """Return a number of one design (k,) whose model is its own, without the responses."""
+        if number.is_of_design:
+            columns = columns_of(number, design[np.newaxis])
+            return float(columns.max() if number.worst else columns.sum())
+        columns = columns_of(number, self.made(design))
+        mean, sigma, *_ = self.prepared(design).moments(columns)
+        return number(
+            Draws(columns, mean, sigma, lambda: columns_of(number, design[np.newaxis])[0])
+        )
+
+    def _made_design(self, design: RealArray) -> _MadeDesign:
+        """Return one design (k,) as it is made, with its responses, not finite where it fails."""
+        values = responses(self.evaluate, self.made(design))
+        mean, sigma, mean_error, sigma_error = self.prepared(design).moments(values, self.weights)
+
+        def nominal() -> RealArray:
+            return np.asarray(responses(self.evaluate, design[np.newaxis])[0])
+
+        if self.nominal_mean:
+            mean, mean_error = nominal(), 0.0
+        draws = Draws(values, mean, sigma, nominal)
+        return _MadeDesign(self, design, draws, (mean_error, sigma_error))
+
+    def _statistics(self, design: RealArray, limited: Sequence[Objective]) -> tuple[RealArray, str]:
+        """Moments, their standard errors, objectives and limited numbers.
+
+        All NaN, and why, if a response, a moment or an objective failed.
+        """
+        n_numbers = 2 * len(self.evaluate.response_names) + 2 + self.n_objectives
+        failed = np.full(n_numbers + len(limited), np.nan)
         try:
-            made = self.made(design)
-            values = responses(self.evaluate, made)
-            if not np.all(np.isfinite(values)):
+            made = self._made_design(design)
+            if not np.all(np.isfinite(made.draws.values)):
                 return failed, "a response is not finite"
-            moments = self.prepared(design).moments(values, self.weights)
-            mean, sigma, mean_error, sigma_error = moments
-            if self.nominal_mean:
-                mean, mean_error = responses(self.evaluate, design[None, :])[0], 0.0
-            objectives = [
-                self._number(entry, design, made, values, mean, sigma)
-                for entry in (*self.objectives, *limited)
-            ]
+            numbers = [made.number(number) for number in (*self.objectives, *limited)]
         except Exception as error:
             return failed, said(error)
-        statistics = np.concatenate([mean, sigma, [mean_error, sigma_error], objectives])
-        if not np.all(np.isfinite(statistics)):
+        statistics = np.concatenate([made.draws.mean, made.draws.sigma, made.errors, numbers])
+        if not np.all(np.isfinite(statistics[:n_numbers])):
             return failed, "a statistic of the responses is not finite"
         return statistics, ""
 
-    def _number(
-        self,
-        objective: Objective,
-        design: RealArray,
-        made: RealArray,
-        values: RealArray,
-        mean: RealArray,
-        sigma: RealArray,
-    ) -> float:
-        """Return one number of a design whose responses and their moments are there."""
-        if objective.response is None:
-            return objective(values, mean, sigma, self.weights)
-        if isinstance(objective.response, str):
-            at = [tuple(self.evaluate.response_names).index(objective.response)]
-            return objective(values[:, at], mean[at], sigma[at])
-        of_designs = hasattr(objective.response, "variable_names")
-        given = np.array(made) if of_designs else np.array(values)
-        columns = np.asarray(objective.response(given), dtype=float)
-        # a model of its own may have several responses, whose sum or worst counts
-        n_columns = len(getattr(objective.response, "response_names", ("",)))
-        if columns.size != len(values) * n_columns:
-            raise InputError(
-                f"the objective '{objective.name}' gave an array of shape {columns.shape} for "
-                f"{len(values)} draws: return one number for each"
-            )
-        columns = columns.reshape(-1, n_columns)
-        moments = self.prepared(design).moments(columns)
-        return objective(columns, moments.mean, moments.sigma)
 
-    def _numbers(self, design: RealArray, numbers: Sequence[Objective]) -> RealArray:
-        """Return numbers of a design that does not fail, shape (n,)."""
-        made, values = self.made_responses(design)
-        moments = self.prepared(design).moments(values)
-        mean, sigma = moments.mean, moments.sigma
-        if self.nominal_mean:
-            mean = responses(self.evaluate, design[None, :])[0]
-        return np.array(
-            [self._number(objective, design, made, values, mean, sigma) for objective in numbers]
+class _MadeDesign(NamedTuple):
+    """One design as it is made.
+
+    - `design` (k,): as drawn [units of the space].
+    - `draws`: responses of the model, whose mean may be the design's own response.
+    - `errors` (2,): standard errors of the sums of mean and sigma [response unit].
+    """
+
+    robust: Robust
+    design: RealArray
+    draws: Draws
+    errors: tuple[float, float]
+
+    def number(self, number: Objective) -> float:
+        """Return a number of the design."""
+        if number.response is None:
+            return number(self.draws, self.robust.weights)
+        if isinstance(number.response, str):
+            at = [tuple(self.robust.evaluate.response_names).index(number.response)]
+            values, mean, sigma, _ = self.draws
+            return number(
+                Draws(values[:, at], mean[at], sigma[at], lambda: self.draws.nominal()[at])
+            )
+        if number.has_own_model:
+            return self.robust.own_number(number, self.design)
+        columns = columns_of(number, self.draws.values)
+        moments = self.robust.prepared(self.design).moments(columns)
+        return number(
+            Draws(
+                columns,
+                moments.mean,
+                moments.sigma,
+                lambda: columns_of(number, self.draws.nominal()[np.newaxis])[0],
+            )
         )
+
+
+def numbers_of_designs(numbers: Sequence[Objective], designs: RealArray) -> RealArray:
+    """Return numbers (n, o) that follow from designs (n, k) without any draw."""
+    columns: dict[int, RealArray] = {}
+    for number in numbers:
+        if id(number.response) not in columns:
+            columns[id(number.response)] = columns_of(number, designs)
+    totals = [
+        columns[id(number.response)].max(axis=1)
+        if number.worst
+        else columns[id(number.response)].sum(axis=1)
+        for number in numbers
+    ]
+    return np.array(totals).reshape(len(numbers), len(designs)).T
+
+
+def columns_of(number: Objective, given: RealArray) -> RealArray:
+    """Return the responses of a number's own function or model, (n, c), of n rows."""
+    # a function that writes into its argument changes a copy
+    columns = np.asarray(cast(Any, number.response)(np.array(given)), dtype=float)
+    # a model of its own may have several responses, whose sum or worst counts
+    n_columns = len(getattr(number.response, "response_names", ("",)))
+    if columns.size != len(given) * n_columns:
+        raise InputError(
+            f"'{number.name}' gave an array of shape {columns.shape} for {len(given)} designs or "
+            "draws: return one number for each"
+        )
+    return columns.reshape(len(given), n_columns)
 
 
 @checked(of_response="m r", rest="r", of_sum="m")
@@ -628,201 +699,117 @@ def sigma_shares(robust: Robust, design: RealArray, degree: int = 1) -> SigmaSha
     )
 
 
-@dataclass(frozen=True)
-class Limit:
-    """One response with bounds that are allowed values; infinite where there is none.
+@dataclass(frozen=True, eq=False)
+class Limits:
+    """Limits of a robust response as one-sided bounds, the columns of `RobustValues.excess`.
 
-    - `response`, `unit`: name of the response, and unit of response and bounds; ``"1"`` is a plain
-      number.
-    - `at_least`, `at_most`: bounds [unit].
-    - `source`: who stated the limit, such as a file and the place in it, or an option.
-    - `n_lines`: lines that the response is the sum of; sentences give the mean over them.
-    - raises InputError: no bound at all, or bounds that leave no value between them.
+    - `limits`: with bounds that are numbers; `stated`: the same as they were stated.
     """
 
-    response: str
-    unit: str
-    at_least: float = -np.inf
-    at_most: float = np.inf
-    source: str = ""
-    n_lines: int = 1
+    limits: tuple[Limit, ...] = ()
+    stated: tuple[Limit, ...] = ()
 
-    def __post_init__(self) -> None:
-        if not self.at_least <= self.at_most:
-            raise InputError(
-                f"limit of {self.response}: at least {self.at_least:g} {self.unit} and at most "
-                f"{self.at_most:g} {self.unit} exclude each other"
-            )
-        if np.isinf(self.at_least) and np.isinf(self.at_most):
-            raise InputError(f"limit of {self.response}: give at_least, at_most or both")
-
-
-@checked(limits="some")
-class Limits:
-    """Several limits as one-sided bounds, the columns of `RobustValues.excess`."""
-
-    limits: tuple[Limit, ...]
+    def __len__(self) -> int:
+        return len(self.limits)
 
     @property
-    def _bounds(self) -> list[tuple[int, float, float]]:
-        """Column of the response, sign (1: at most, -1: at least) and bound of each side."""
+    def of_estimates(self) -> Limits:
+        """Those of numbers that other draws judge again."""
+        return self._some(of_estimates=True)
+
+    @property
+    def of_designs(self) -> Limits:
+        """Those of numbers of the design itself, and of its drawn parts."""
+        return self._some(of_estimates=False)
+
+    def _some(self, *, of_estimates: bool) -> Limits:
+        limits, stated = (
+            tuple(each for each in some if each.number.rule.is_estimate is of_estimates)
+            for some in (self.limits, self.stated)
+        )
+        return Limits(limits, stated)
+
+    @cached_property
+    def _sides(self) -> list[tuple[int, float, float]]:
+        """Row of the limit, sign (1: at most, -1: at least) and bound of each side."""
         return [
-            (column, sign, bound)
-            for column, limit in enumerate(self.limits)
+            (row, sign, float(bound))
+            for row, limit in enumerate(self.limits)
             for sign, bound in ((-1.0, limit.at_least), (1.0, limit.at_most))
-            if np.isfinite(bound)
+            if np.isfinite(float(bound))
         ]
+
+    @cached_property
+    def rows(self) -> IntArray:
+        """Row of the limit of each bound, shape (c,)."""
+        return np.array([row for row, *_ in self._sides], dtype=np.intp)
+
+    @cached_property
+    def _signs(self) -> RealArray:
+        return np.array([sign for _, sign, _ in self._sides])
+
+    @cached_property
+    def _bounds(self) -> RealArray:
+        return np.array([bound for *_, bound in self._sides])
 
     @property
     def names(self) -> tuple[str, ...]:
         """Each bound in words, such as ``EnM z sag at most 4 mm``."""
         return tuple(
-            f"{self.limits[column].response} at {'most' if sign > 0 else 'least'} {bound:g} "
-            f"{self.limits[column].unit}"
-            for column, sign, bound in self._bounds
+            f"{self.limits[row].number.name} at {'most' if sign > 0 else 'least'} {bound:g} "
+            f"{self.limits[row].number.unit}"
+            for row, sign, bound in self._sides
         )
 
     @property
     def scale(self) -> RealArray:
         """Size of each bound, or 1 where it is 0, shape (c,) [unit of the limit]."""
-        return np.array([abs(bound) or 1.0 for *_, bound in self._bounds])
+        return np.where(self._bounds == 0.0, 1.0, np.abs(self._bounds))
 
-    def excess(self, values: RealArray) -> RealArray:
-        """Return how far responses, shape (n, r), miss each bound, shape (n, c).
+    def excess(self, numbers: RealArray) -> RealArray:
+        """Return how far limited numbers, shape (n, l), miss each bound, shape (n, c).
 
-        Negative where room is left [unit of the limit]; infinite where a response could not be
+        Negative where room is left [unit of the limit]; infinite where a number could not be
         computed.
         """
-        columns = [sign * (values[:, column] - bound) for column, sign, bound in self._bounds]
-        beyond = np.column_stack(columns)
+        beyond = self._signs * (numbers[:, self.rows] - self._bounds)
         return np.where(np.isnan(beyond), np.inf, beyond)
 
-    def responses(self, excess: RealArray) -> RealArray:
-        """Return the limited responses, (n, r) [unit of the limit], from their excess (n, c)."""
-        values = np.empty((len(excess), len(self.limits)))
-        for place, (column, sign, bound) in enumerate(self._bounds):
-            values[:, column] = bound + sign * excess[:, place]
-        return values
+    def numbers(self, excess: RealArray) -> RealArray:
+        """Return the limited numbers, (n, l) [unit of the limit], from their excess (n, c)."""
+        numbers = np.empty((len(excess), len(self.limits)))
+        numbers[:, self.rows] = self._bounds + self._signs * excess
+        return numbers
 
-    def excess_slopes(self, gradient: RealArray) -> RealArray:
-        """Return the derivatives of the excess, (c, k), from those of the responses, (r, k)."""
-        columns = [column for column, *_ in self._bounds]
-        signs = np.array([sign for _, sign, _ in self._bounds])
-        return np.asarray(signs[:, np.newaxis] * gradient[columns])
+    def excess_slopes(self, gradients: RealArray) -> RealArray:
+        """Return the derivatives of the excess, (c, k), from those of the numbers, (l, k)."""
+        return np.asarray(self._signs[:, np.newaxis] * gradients[self.rows])
 
     def closest(self, designs_excess: RealArray) -> str:
         """Say what the closest of designs that all miss a limit lacks, and what none keeps."""
         relative = designs_excess / self.scale
         row = int(np.argmin(relative.max(axis=1)))
         binding = int(np.argmax(relative[row]))
-        column, sign, bound = self._bounds[binding]
-        limit, missed = self.limits[column], float(designs_excess[row, binding])
+        limit, missed = self.limits[self.rows[binding]], float(designs_excess[row, binding])
         if np.isinf(missed):
-            text = f"{self._stated(binding)} could not be computed for any"
+            text = f"{self.in_words(binding)} could not be computed for any"
         else:
-            has = (bound + sign * missed) / limit.n_lines
+            has = (self._bounds[binding] + self._signs[binding] * missed) / limit.n_lines
             text = (
-                f"the closest one misses {self._stated(binding)} by {missed / limit.n_lines:.3g} "
-                f"{limit.unit} (it has {has:.4g} {limit.unit})"
+                f"the closest one misses {self.in_words(binding)} by {missed / limit.n_lines:.3g} "
+                f"{limit.number.unit} (it has {has:.4g} {limit.number.unit})"
             )
         never = np.flatnonzero(np.all(designs_excess > 0.0, axis=0))
-        others = ", ".join(self._stated(int(side)) for side in never if side != binding)
+        others = ", ".join(self.in_words(int(side)) for side in never if side != binding)
         return f"{text}; none keeps {others} either" if others else text
 
-    def _stated(self, side: int) -> str:
-        """Return a bound in words, and who stated it."""
-        column, sign, bound = self._bounds[side]
-        limit, words = self.limits[column], self.names[side]
+    def in_words(self, side: int) -> str:
+        """Return a bound, by its column of the excess, in words, and who stated it."""
+        row, sign, bound = self._sides[side]
+        limit, words = self.limits[row], self.names[side]
         if limit.n_lines > 1:
             words = (
-                f"{limit.response}, at {'most' if sign > 0 else 'least'} "
-                f"{bound / limit.n_lines:.6g} {limit.unit} per line"
+                f"{limit.number.name}, at {'most' if sign > 0 else 'least'} "
+                f"{bound / limit.n_lines:.6g} {limit.number.unit} per line"
             )
         return f"'{words}' ({limit.source})" if limit.source else f"'{words}'"
-
-
-@checked(limits="some")
-class RobustLimits(Limits):
-    """Limits of numbers over the scatter, which a `Robust` carries.
-
-    - `numbers`: what is limited, as it was stated.
-    """
-
-    numbers: tuple[RobustLimit, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class LimitedResponse:
-    """A robust response whose designs must keep limits, put around what `workers_for` gives.
-
-    - `robust`: response to be minimised; its own limits come first.
-    - `response`: responses that are limited, of the same variables, in the units of the limits.
-    - `stated`: limits of the responses, by name.
-    - `made`, optional: map from a design, shape (k,), to the designs as they are made, shape
-      (n_samples, k), such as `Robust.made`: then the worst of them must keep each limit.
-    - raises InputError: other variables, or other responses than limits.
-    """
-
-    robust: RobustEvaluation
-    response: Requirements
-    stated: Limits
-    made: Callable[[RealArray], RealArray] | None = None
-
-    __repr__ = short_repr
-
-    def __post_init__(self) -> None:
-        names, limited = self.response.variable_names, self.response.response_names
-        check_same_names("the limited responses have the variables", names, self.robust.space.names)
-        wanted = [limit.response for limit in self.stated.limits]
-        check_same_names("the limited responses have the responses", limited, wanted)
-
-    @property
-    def space(self) -> DesignSpace:
-        """The designs that may be asked for."""
-        return self.robust.space
-
-    @property
-    def n_objectives(self) -> int:
-        """Number m of objectives."""
-        return self.robust.n_objectives
-
-    @property
-    def limits(self) -> Limits:
-        """Limits of the robust response, then those of the limited responses."""
-        before = self.robust.limits
-        return self.stated if before is None else Limits(before.limits + self.stated.limits)
-
-    def excess(self, designs: RealArray) -> RealArray:
-        """Return how far designs, shape (n, k), miss each bound of `stated` (n, c) [its unit]."""
-        if self.made is None:
-            return self.stated.excess(self.response(designs))
-        rows = [
-            self.stated.excess(self.response(self.made(design))).max(axis=0) for design in designs
-        ]
-        return np.array(rows).reshape(len(designs), len(self.stated.names))
-
-    def __call__(self, designs: RealArray) -> RobustValues:
-        """Return the values of the designs, shape (n, k), with their excess."""
-        values = self.robust(designs)
-        excess = np.hstack([values.excess, self.excess(values.designs)])
-        return replace(values, excess=excess)
-
-
-@dataclass(frozen=True, eq=False)
-class DesignLimits:
-    """What the designs of a search must keep.
-
-    - `requirements`, `limits`: the limited numbers of a design, and one limit for each.
-    - `every_part`: whose draws must keep the limits; None: the design itself.
-    - `inputs`: files that they come from.
-    """
-
-    requirements: Requirements
-    limits: Limits
-    every_part: Robust | None = None
-    inputs: tuple[Path, ...] = ()
-
-    def around(self, robust: RobustEvaluation) -> RobustEvaluation:
-        """Return a response whose designs must keep the limits, and those that it has."""
-        made = self.every_part.made if self.every_part else None
-        return LimitedResponse(robust, self.requirements, self.limits, made)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass, fields, replace
@@ -22,6 +22,7 @@ from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.moo.sms import SMSEMOA
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
+from pymoo.core.sampling import Sampling
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.operators.sampling.rnd import FloatRandomSampling
@@ -30,19 +31,24 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 from deboom.arrays import RealArray
 from deboom.choices import SearchAlgorithm
-from deboom.common import Progress
+from deboom.common import Progress, listed
 from deboom.errors import InputError
-from deboom.explore.descent import converged_front, is_smooth
+from deboom.explore.descent import (
+    by_differences,
+    converged_front,
+    is_smooth,
+    without_gradient,
+)
 from deboom.explore.doe import checked_within, designs_of, latin_hypercube
 from deboom.explore.front import hypervolume, pareto_front, replicates, thinned, verified
-from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Limit
 from deboom.explore.result import Front, SearchResult, UnverifiedSearchError, merge
 from deboom.explore.robust import (
-    Around,
-    DesignLimits,
+    Limits,
     Robust,
     RobustEvaluation,
     RobustValues,
+    RobustWrapper,
     chosen,
     joined,
     kept_values,
@@ -117,7 +123,7 @@ class RobustProblem(Problem):
 
     def __init__(self, robust: RobustEvaluation, *, constraints: bool = True) -> None:
         space, limits = robust.space, robust.limits
-        n_constraints = 1 + (len(limits.names) if limits else 0) if constraints else 0
+        n_constraints = 1 + len(limits.names) if constraints else 0
         super().__init__(
             space.n_variables, robust.n_objectives, n_constraints, xl=space.lower, xu=space.upper
         )
@@ -139,7 +145,7 @@ class RobustProblem(Problem):
     def _constraints(self, values: RobustValues) -> RealArray:
         """Constraints, shape (n, 1 + c): at most 0 if they are kept."""
         failed, limits = values.failed[:, None], self.robust.limits
-        if limits is None:
+        if not limits:
             return np.where(failed, 1.0, -1.0)
         missed = np.minimum(values.excess / limits.scale, FAILED_OBJECTIVE)
         return np.hstack([np.where(failed, FAILED_OBJECTIVE, -1.0), missed])
@@ -208,18 +214,23 @@ class Search:
     Parameters
     ----------
     population, generations : int
-        Designs per generation, at least 4, and most generations, at least 1.
+        Designs per generation, at least 4, and most generations, at least 1. Where gradients bring
+        the whole front to convergence, without limits and `until`, the algorithm ends with the
+        generation that completes `BEFORE_DESCENTS` evaluations; ``polish=False`` runs them all.
     seed : int
-        Seed from 1. The global random generators are neither read nor moved.
+        Seed from 1; the same seed gives the same front for any number of workers. The global random
+        generators are neither read nor moved.
     searches : int
         Seeds from `seed` upwards, whose fronts are merged.
     algorithm : str or pymoo algorithm
-        One of `ALGORITHMS`, or an algorithm of pymoo for several objectives, which is copied; its
-        own population then counts.
+        ``nsga2``, ``nsga3``, ``age-moea``, ``sms-emoa``, ``moead``, or an object of
+        ``pymoo.algorithms.moo`` for several objectives, which is copied; its own population then
+        counts.
     until : Until, optional
-        What ends the search before its last generation.
+        What ends the search before its last generation: seconds, evaluations, or a hypervolume that
+        stands still.
     polish : bool
-        Whether gradients follow the algorithm.
+        Whether gradients follow the algorithm; a model with ``smooth = False`` is left alone.
 
     Raises
     ------
@@ -263,16 +274,17 @@ def nsga2(
     """Search the Pareto front of all objectives with NSGA-II or another algorithm of pymoo.
 
     Population for population the same as pymoo's
-    ``minimize(RobustProblem(robust), NSGA2(population), ("n_gen", generations), seed=seed)``; all
-    generations are run, but for `Until`. Beyond it, every non-dominated design that was seen is
-    kept. Whole-number variables get operators of their own: pymoo's treat options as if they had an
-    order. A design beyond a limit never beats one that keeps them all; of two such designs the
-    smaller sum of excesses, each relative to its bound, wins.
+    ``minimize(RobustProblem(robust), NSGA2(population), ("n_gen", generations), seed=seed)``, but
+    that within limits the first design of all is today's, which may keep them; all generations are
+    run, but for `Until`. Beyond it, every non-dominated design that was seen is kept. Whole-number
+    variables get operators of their own: pymoo's treat options as if they had an order. A design
+    beyond a limit never beats one that keeps them all; of two such designs the smaller sum of
+    excesses, each relative to its bound, wins.
 
     Parameters
     ----------
     robust : RobustEvaluation
-        Response such as `Robust` or `deboom.explore.robust.LimitedResponse`.
+        Response such as `Robust`.
     settings : Search
         Algorithm, budget and seed of one search.
     progress : callable, optional
@@ -385,7 +397,7 @@ def _seconds_before(checkpoint: Store | None, facts: Mapping[str, Any]) -> float
     return float(facts_before["seconds"])
 
 
-class _Archive(Around):
+class _Archive(RobustWrapper):
     """Hands designs on to a robust response, once per generation, and keeps all values."""
 
     def __init__(self, robust: RobustEvaluation, store: Store | None) -> None:
@@ -454,7 +466,7 @@ class _Archive(Around):
         """Return what was found; refuse a search without a design that keeps all limits."""
         assert self.front is not None
         every = joined(self.generations)
-        if len(self.front) == 0 and self.limits is not None:
+        if len(self.front) == 0 and self.limits:
             infeasible = ~every.failed & ~every.feasible
             raise InputError(
                 f"none of the {len(every)} designs of this search keeps all limits: "
@@ -493,10 +505,11 @@ def _algorithm(
     """Return an algorithm that has not begun, and its name."""
     space, m = robust.space, robust.n_objectives
     algorithm, population = settings.algorithm, settings.population
-    operators: dict[str, Any] = {"sampling": FloatRandomSampling() if first is None else first}
-    if space.integer.any():
-        operators = {
-            "sampling": _MixedSampling() if first is None else first,
+    mixed = bool(space.integer.any())
+    drawn = _sampling(_MixedSampling() if mixed else FloatRandomSampling(), robust)
+    operators: dict[str, Any] = {"sampling": drawn if first is None else first}
+    if mixed:
+        operators |= {
             "crossover": _MixedCrossover(eta=15, prob=0.9),
             "mutation": _MixedMutation(eta=20),
         }
@@ -509,8 +522,11 @@ def _algorithm(
                 f"{name} minimises one objective, and this problem has {m}: take an algorithm of "
                 f"pymoo.algorithms.moo, or one of {', '.join(ALGORITHMS)}"
             )
+        sampling = runner.initialization.sampling
         if first is not None:
             runner.initialization.sampling = first
+        elif isinstance(sampling, Sampling):
+            runner.initialization.sampling = _sampling(sampling, robust)
         return runner, name
     if algorithm not in ALGORITHMS:
         raise InputError(
@@ -539,6 +555,24 @@ def _directions(m: int, population: int) -> RealArray:
     while comb(parts + m, m - 1) <= population:
         parts += 1
     return np.asarray(get_reference_directions("das-dennis", m, n_partitions=parts))
+
+
+class _TodayFirst(Sampling):
+    """Draws a first population whose first design is today's."""
+
+    def __init__(self, sampling: Sampling) -> None:
+        super().__init__()
+        self.sampling = sampling
+
+    def _do(self, problem: Any, *args: Any, **kwargs: Any) -> RealArray:
+        designs = np.array(self.sampling._do(problem, *args, **kwargs))
+        designs[0] = problem.robust.space.nominal
+        return designs
+
+
+def _sampling(sampling: Sampling, robust: RobustEvaluation) -> Sampling:
+    """Return a sampling, within limits one with today's design, which may keep them."""
+    return _TodayFirst(sampling) if robust.limits else sampling
 
 
 class _MixedSampling(FloatRandomSampling):
@@ -600,7 +634,6 @@ def searched(
     robust: Robust,
     settings: Search = Search(),
     *,
-    limits: DesignLimits | None = None,
     first_population: RealArray | None = None,
     workers: int = 1,
     scheduler: str | None = None,
@@ -614,10 +647,9 @@ def searched(
     """
     seeds = range(settings.seed, settings.seed + settings.searches)
     with workers_for(robust, workers, scheduler) as spread:
-        evaluated = spread if limits is None else limits.around(spread)
         results = [
             nsga2(
-                evaluated,
+                spread,
                 replace(settings, seed=seed),
                 progress=progress,
                 checkpoint=checkpoint(seed) if checkpoint else None,
@@ -641,7 +673,7 @@ def search(
     generations: int | None = None,
     seed: int | None = None,
     searches: int | None = None,
-    limits: DesignLimits | None = None,
+    limits: None = None,
     first_population: RealArray | Front | None = None,
     algorithm: str | Algorithm | None = None,
     until: Until | None = None,
@@ -658,8 +690,10 @@ def search(
     NSGA-II keeps every evaluation. Gradients then improve the front, if the objectives are two
     means or sigmas, all designs share their draws, and no variable takes whole numbers only. For a
     model with exact gradients, such as a `deboom.BoomingModel` in prescribed or coupled motion, the
-    whole front converges (`deboom.explore.descent.converged_front`), also within limits of means,
-    sigmas and numbers of the design itself that have a ``gradient``. For any other smooth model
+    whole front converges (`deboom.explore.descent.converged_front`), of more
+    objectives the best of each; also within limits of means,
+    sigmas and functions of the design, of which differences are taken where they have no
+    ``gradient`` and are not marked by ``smooth = False``. For any other smooth model
     without limits, each `Pick` is improved along gradients from differences. In all other cases the
     picks are the best of all evaluated designs. Finally the designs that are shown are evaluated
     again with new draws.
@@ -669,31 +703,14 @@ def search(
     robust : Robust
         Mean and scatter of the responses.
     settings : Search
-        Algorithm, budget and seed; each of the keywords that are those of `deboom.Search` replaces
-        the one in it.
-    population, generations : int, optional
-        Designs per generation, at least 4, and most generations, at least 1; 100 by default. Where
-        gradients bring the whole front to convergence, without limits and `until`, the algorithm
-        ends with the generation that completes `BEFORE_DESCENTS` evaluations; ``polish=False`` runs
-        them all.
-    seed : int, optional
-        Seed from 1, by default 1; the same seed gives the same front for any number of workers.
-    searches : int, optional
-        Seeds from `seed` upwards, by default one, whose fronts are merged.
-    limits : DesignLimits, optional
-        What designs must keep.
+        Algorithm, budget and seed, with their defaults.
+    population, generations, seed, searches, algorithm, until, polish : optional
+        Each replaces the one of `settings`; see `deboom.Search`.
+    limits : None
+        Refused: limits are those of ``Robust(limits=…)``.
     first_population : array, shape (n, k), Front or what `deboom.read_run` gives, optional
         Designs to begin with, any number [units of the space]; a Latin hypercube completes fewer
         than a population.
-    algorithm : str or pymoo algorithm, optional
-        ``nsga2``, the default, ``nsga3``, ``age-moea``, ``sms-emoa``, ``moead``, or an object of
-        ``pymoo.algorithms.moo``, whose own population then counts.
-    until : Until, optional
-        What ends the search before its last generation: seconds, evaluations, or a hypervolume
-        that stands still.
-    polish : bool, optional
-        Whether gradients follow NSGA-II, as by default; a model with ``smooth = False`` is left
-        alone.
     shown : int or None
         Designs of the front that are verified, those that add most to it, beside all picks; None:
         the whole front as it was searched, and no other design.
@@ -721,9 +738,9 @@ def search(
     Raises
     ------
     InputError
-        A budget, draws or a seed that cannot be; an algorithm for one objective; a model that
-        carries its limits itself; limits that no design keeps; a front that fails under the new
-        draws: its evaluations are the error's ``search``.
+        A budget, draws or a seed that cannot be; an algorithm for one objective; limits that no
+        design keeps; a front that fails under the new draws: its evaluations are the error's
+        ``search``.
 
     Examples
     --------
@@ -736,8 +753,13 @@ def search(
     """
     if not isinstance(robust, Robust):
         raise InputError(
-            f"{type(robust).__name__} cannot be verified: search a deboom.Robust, and give limits "
-            "as limits="
+            f"{type(robust).__name__} cannot be verified: search a deboom.Robust, which also takes "
+            "limits"
+        )
+    if limits is not None:
+        raise InputError(
+            "a search takes no limits: give them to the response, such as deboom.Robust(model, "
+            "space, limits=[deboom.Objective('nominal', response=price).at_most(5.0)])"
         )
     given: dict[str, Any] = {
         "population": population,
@@ -753,25 +775,27 @@ def search(
     begin = designs_of(first_population)
     if begin is not None and len(begin) < settings.population:
         rest = latin_hypercube(robust.space, settings.population, seed=settings.seed)[len(begin) :]
+        if robust.limits:
+            rest[0] = robust.space.nominal
         begin = np.vstack([begin, rest])
-    free = limits is None and robust.limits is None
+    free = not robust.limits
     gradients = settings.polish and free and _smooth(robust)
-    converges = settings.polish and is_smooth(robust, limits)
+    pairs = _smooth_pairs(robust) if settings.polish else []
+    converges = bool(pairs) and robust.n_objectives == 2
     if settings.until is None and converges and free:
         settings = replace(settings, until=Until(evaluations=BEFORE_DESCENTS))
     with progress_shown(progress, "search") as told:
         result = searched(
             robust,
             settings,
-            limits=limits,
             first_population=begin,
             workers=workers,
             scheduler=scheduler,
             progress=told,
             checkpoint=checkpoint,
         )
-        if converges:
-            result = _with_descents(robust, limits, result, seed=settings.seed, progress=told)
+        for pair in pairs:
+            result = _with_descents(robust, pair, result, seed=settings.seed, progress=told)
     rows = result.front
     if shown is not None:
         picked = _picked(robust, result.evaluated, polish=gradients)
@@ -781,12 +805,19 @@ def search(
     notes = []
     if settings.searches > 1:
         notes.append(f"The front is that of {settings.searches} searches with different seeds.")
-    if converges:
-        notes.append("Descents along exact gradients then brought the whole front to convergence.")
-    elif gradients and shown is not None:
+    if pairs:
+        what = "the whole front" if converges else "the best of each objective"
+        notes.append(f"Descents along exact gradients then brought {what} to convergence.")
+        differenced = by_differences(robust)
+        if differenced:
+            notes.append(f"Gradients of {_named(differenced)} came from differences.")
+    if gradients and shown is not None and not converges:
         notes.append("Its picks then went on by gradient.")
-    elif settings.polish and not gradients and is_smooth(replace(robust, limits=None)):
-        notes.append("A limit has no gradient, so that the algorithm's designs are the front.")
+    if settings.polish and not pairs and _smooth_pairs(replace(robust, limits=Limits())):
+        notes.append(
+            f"Limits of {_named(without_gradient(robust))} have no gradient, so that the "
+            "algorithm's designs are the front."
+        )
     judge = replicates(robust, verified_with, seed=settings.seed)
     try:
         values = verified(rows, judge)
@@ -806,24 +837,42 @@ def search(
     )
 
 
+def _named(limits: Sequence[Limit]) -> str:
+    """Return the numbers that are limited, each once, in words."""
+    return listed(list(dict.fromkeys(f"'{limit.number.name}'" for limit in limits)))
+
+
+def _smooth_pairs(robust: Robust) -> list[Robust]:
+    """Return a response with the first and each other objective alone, if descents can follow."""
+    first, *others = robust.objectives
+    pairs = [robust]
+    if len(others) > 1:
+        pairs = [replace(robust, objectives=(first, other)) for other in others]
+    return [pair for pair in pairs if is_smooth(pair)]
+
+
 def _with_descents(
     robust: Robust,
-    limits: DesignLimits | None,
+    pair: Robust,
     result: SearchResult,
     *,
     seed: int,
     progress: Progress | None,
 ) -> SearchResult:
-    """Return a search whose front has converged by descents, which join its archive."""
+    """Return a search whose front has converged by descents, which join its archive.
+
+    - `pair`: two of its objectives alone, of which more have their best only converge.
+    """
     begun = time.perf_counter()
-    limited = limits is not None or robust.limits is not None
     values = converged_front(
-        robust,
+        pair,
         seed=seed,
-        limits=limits,
-        begin=np.asarray(result.front.designs) if limited else None,
+        begin=np.asarray(result.front.designs) if robust.limits else None,
+        ends_only=robust.n_objectives > 2,
         progress=progress,
     )
+    if robust.n_objectives > 2:
+        values = robust(values.designs)
     return replace(
         result,
         front=pareto_front(result.front, values),

@@ -212,8 +212,13 @@ def stiffness_factor_space(
     )
 
 
-class Requirements(Protocol):
-    """What can be limited: responses (n, r) of designs (n, k), each in a unit of its own."""
+class Evaluate(Protocol):
+    """What can be explored: ``evaluate(designs (n, k)) -> responses (n, r)``.
+
+    Rows are independent of each other, and the same design always gives the same responses. A
+    design that cannot be computed gives a row that is not finite, or raises any error of its own. A
+    process pool carries objects of importable classes, no closures.
+    """
 
     @property
     def variable_names(self) -> tuple[str, ...]:
@@ -223,21 +228,12 @@ class Requirements(Protocol):
     def response_names(self) -> tuple[str, ...]:
         """Name of each column of the responses."""
 
-    def __call__(self, designs: RealArray) -> RealArray:
-        """Return the responses, shape (n, r), of the designs, shape (n, k)."""
-
-
-class Evaluate(Requirements, Protocol):
-    """What can be explored: ``evaluate(designs (n, k)) -> responses (n, r)``.
-
-    Rows are independent of each other, and the same design always gives the same responses. A
-    design that cannot be computed gives a row that is not finite, or raises any error of its own. A
-    process pool carries objects of importable classes, no closures.
-    """
-
     @property
     def response_unit(self) -> str:
         """Unit of all responses."""
+
+    def __call__(self, designs: RealArray) -> RealArray:
+        """Return the responses, shape (n, r), of the designs, shape (n, k)."""
 
 
 class Differentiable(Evaluate, Protocol):
@@ -262,6 +258,9 @@ class ResponseFunction:
     n_lines : int
         Number of lines if each response is a sum over lines, such as SPLV; results then have the
         mean over the lines as well.
+    smooth : bool
+        Whether searches may follow gradients from differences of the function; not where it has
+        steps or noise.
 
     Raises
     ------
@@ -283,6 +282,7 @@ class ResponseFunction:
     response_names: tuple[str, ...]
     response_unit: str
     n_lines: int = 1
+    smooth: bool = True
 
     def __call__(self, designs: RealArray) -> RealArray:
         """Return the function's responses; of a single one a plain vector will do."""

@@ -417,7 +417,7 @@ class FreeTolerances(RobustEvaluation):
         self, robust: Robust, groups: Mapping[str, Sequence[str]], lower: float, upper: float
     ) -> None:
         base = robust.space
-        if robust.limits is not None:
+        if robust.limits:
             raise InputError("tolerances as variables go without limits of the response's numbers")
         grouped = [name for names in groups.values() for name in names]
         for name in grouped:

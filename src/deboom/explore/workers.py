@@ -33,7 +33,7 @@ from threadpoolctl import ThreadpoolController, threadpool_limits
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.robust import Around, RobustEvaluation, RobustValues, joined
+from deboom.explore.robust import RobustEvaluation, RobustValues, RobustWrapper, joined
 
 ATTEMPTS = 3
 """Times that one batch of designs may lose workers before the search gives up."""
@@ -49,7 +49,7 @@ SAME_ON_WORKERS = ("deboom", "numpy", "scipy")
 """Packages whose versions decide the last bit of a result."""
 
 
-class SpreadResponse(Around):
+class SpreadResponse(RobustWrapper):
     """A robust response that is computed by workers: the values that one process would give."""
 
     n_workers: int

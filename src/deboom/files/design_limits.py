@@ -17,8 +17,9 @@ from pydantic import AfterValidator, Field, create_model, model_validator
 
 from deboom.common import AXES
 from deboom.errors import InputError, naming
-from deboom.explore.moments import RobustLimit
-from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
+from deboom.explore.moments import Limit, Objective
+from deboom.explore.robust import numbers_of_designs
+from deboom.explore.space import DesignSpace
 from deboom.files.limits import bounds_of
 from deboom.files.schema import Positive, Several, StrictModel, load_toml
 from deboom.vehicles.design_factor import Factor
@@ -84,13 +85,27 @@ class LimitEntry(StrictModel):
 
     @abstractmethod
     def quantity(self, mounts: LimitedMounts) -> Quantity:
-        """Return what is limited, in the unit of the bounds; InputError if there is no such."""
+        """Return the number that is limited, in the unit of the bounds.
 
-    def limits(self, quantity: Quantity, source: str) -> Iterator[Limit]:
-        """Give one limit for each name of the quantity, stated by a source."""
+        - raises InputError: there is no such number.
+        """
+
+    def limits(self, number: Objective, source: str, *, every_part: bool) -> Iterator[Limit]:
+        """Give the limit of a number, or one for each bound that every part keeps.
+
+        - `source`: who states it.
+        """
         low, high = bounds_of(self)
         low, high = -np.inf if low is None else low, np.inf if high is None else high
-        return (Limit(name, quantity.unit, low, high, source) for name in quantity.names)
+        if not every_part:
+            yield Limit(number, low, high, source)
+            return
+        if np.isfinite(low):
+            smallest = replace(number, statistic="smallest")
+            yield Limit(smallest, at_least=low, source=source)
+        if np.isfinite(high):
+            largest = replace(number, statistic="largest")
+            yield Limit(largest, at_most=high, source=source)
 
 
 LIMIT_KINDS: dict[str, type[LimitEntry]] = {}
@@ -224,7 +239,7 @@ def load_limits(path: Path) -> LimitsFile:
     return load_toml(path, create_model("LimitsFile", __base__=LimitsFile, **tables))
 
 
-def read_level_limits(path: Path | None, model: Any) -> tuple[RobustLimit, ...]:
+def read_level_limits(path: Path | None, model: Any) -> tuple[Limit, ...]:
     """Read the limits of levels of a study.
 
     - `path`: see `LimitsFile`; None is no limit.
@@ -233,7 +248,7 @@ def read_level_limits(path: Path | None, model: Any) -> tuple[RobustLimit, ...]:
     """
     if path is None:
         return ()
-    limits: list[RobustLimit] = []
+    limits: list[Limit] = []
     for number, entry in enumerate(load_limits(path).level, 1):
         item = f"[[level]] {number}"
         with naming(f"{path}: {item}"):
@@ -247,39 +262,46 @@ def read_level_limits(path: Path | None, model: Any) -> tuple[RobustLimit, ...]:
     return tuple(limits)
 
 
-def mount_limits(
-    path: Path | None, runs: Runs, robust: Robust, factor: Factor = Factor.dynamic
-) -> DesignLimits | None:
+def read_mount_limits(
+    path: Path | None, runs: Runs, space: DesignSpace, factor: Factor = Factor.dynamic
+) -> tuple[Limit, ...]:
     """Read the limits of a study's mounts.
 
-    - `path`: see `LimitsFile`; None is no limit, nor is a file of levels alone.
+    - `path`: see `LimitsFile`; None is no limit.
     - `runs`: platform, and the first run, whose operating stiffness counts.
-    - `robust`: its draws count where every part has to keep the limits.
+    - `space`: of the designs.
     - `factor`: what a stiffness factor means, for travels.
     - raises InputError: a file that cannot be read; a mount, direction or variable that there is
       not; a limit that today's design cannot be held to because a curve was not measured that far.
     """
     if path is None:
-        return None
-    content = load_limits(path)
-    if not content.of_mounts:
-        return None
-    mounts, names = LimitedMounts(runs, factor), robust.space.names
-    quantities: list[Quantity] = []
+        return ()
+    content, mounts = load_limits(path), LimitedMounts(runs, factor)
     limits: list[Limit] = []
     for item, entry in content.of_mounts:
         with naming(f"{path}: {item}"):
-            quantity = entry.quantity(mounts)
-            today = MountRequirements(names, (quantity,))(robust.space.nominal[np.newaxis, :])[0]
-            for name, value in zip(quantity.names, today, strict=True):
-                if not np.isfinite(value):
-                    raise InputError(f"{name} of today's design lies beyond its measured curve")
-            quantities.append(quantity)
-            limits += entry.limits(quantity, f"{path.name}, {item}")
-    needs_library = any(entry.needs_library for _, entry in content.of_mounts)
-    return DesignLimits(
-        MountRequirements(names, tuple(quantities)),
-        Limits(tuple(limits)),
-        robust if content.kept_by == "every part" else None,
-        (path, runs.platform.library_file) if needs_library else (path,),
+            number = number_of_design(entry.quantity(mounts), space)
+            every_part = content.kept_by == "every part"
+            limits += entry.limits(number, f"{path.name}, {item}", every_part=every_part)
+    return tuple(limits)
+
+
+def number_of_design(quantity: Quantity, space: DesignSpace) -> Objective:
+    """Return a quantity of the mounts as a number of a design.
+
+    - raises InputError: today's design lies beyond a measured curve.
+    """
+    number = Objective(
+        "nominal", response=MountRequirements(space.names, (quantity,)), unit=quantity.unit
     )
+    if not np.isfinite(numbers_of_designs([number], space.nominal[np.newaxis])).all():
+        raise InputError(f"{number.name} of today's design lies beyond its measured curve")
+    return number
+
+
+def files_of_limits(path: Path | None, runs: Runs) -> tuple[Path, ...]:
+    """Return the files that limits come from: perhaps the mount library, too."""
+    if path is None:
+        return ()
+    needs_library = any(entry.needs_library for _, entry in load_limits(path).of_mounts)
+    return (path, runs.platform.library_file) if needs_library else (path,)

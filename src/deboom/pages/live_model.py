@@ -10,6 +10,7 @@ import numpy as np
 
 from deboom.arrays import ComplexArray, IntArray, RealArray
 from deboom.errors import InputError
+from deboom.explore.moments import Limit
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import ToleranceSample, sobol_sample
 from deboom.explore.space import DesignSpace
@@ -213,6 +214,7 @@ def live_page(
         {
             **words,
             "notes": {"cases": no_cases, "price": no_price},
+            "limits": _limits(robust, names, price),
             "motion": model.motion.value,
             "motions": ["coupled", "prescribed"] if both else [model.motion.value],
             "starts": [{"name": start.name, "design": start.design.tolist()} for start in starts],
@@ -228,6 +230,60 @@ def live_page(
         f"page carries at most {MAX_MODEL_BYTES / 1e6:.0f}. Write it with {fit} of them: deboom "
         "report RUN --interactive --vehicle NAME --vehicle NAME …"
     )
+
+
+def _limits(
+    robust: Robust, vehicles: Sequence[str], price: MountRequirements | None
+) -> dict[str, Any]:
+    """Lay out the limits of a run: those that a page judges, and all others in words.
+
+    - `vehicles`, `price`: those of the page.
+    """
+    mounts: dict[str, dict[str, float]] = {}
+    means: dict[str, float] = {}
+    unjudged: list[str] = []
+    limits = robust.limits
+    for row, (limit, stated) in enumerate(zip(limits.limits, limits.stated, strict=True)):
+        heard = _of_mean_levels(robust, limit, vehicles)
+        if price is not None and _is_of_price(limit, price):
+            ends = mounts.setdefault(limit.number.name, {})
+            for side, bound, tighter in (
+                ("at_least", float(limit.at_least), max),
+                ("at_most", float(limit.at_most), min),
+            ):
+                if np.isfinite(bound):
+                    ends[side] = tighter(bound, ends.get(side, bound))
+        elif heard:
+            # where none is stated, the page takes today's level
+            if not stated.needs_today:
+                most = float(limit.at_most) / limit.n_lines
+                means |= {name: min(most, means.get(name, np.inf)) for name in heard}
+        else:
+            sides_of_row = np.flatnonzero(limits.rows == row)
+            unjudged += [limits.in_words(int(side)) for side in sides_of_row]
+    return {"mounts": mounts, "mean": means, "unjudged": unjudged}
+
+
+def _is_of_price(limit: Limit, price: MountRequirements) -> bool:
+    """Say whether a limit is of a number of the page's price, computed alike."""
+    number, requirements = limit.number, limit.number.response
+    if not (number.is_of_design and isinstance(requirements, MountRequirements)):
+        return False
+    (quantity,) = requirements.quantities
+    alike = getattr(quantity, "factor", Factor.dynamic) is Factor.dynamic
+    return alike and number.name in price.response_names
+
+
+def _of_mean_levels(robust: Robust, limit: Limit, vehicles: Sequence[str]) -> list[str]:
+    """Return the vehicles of a page whose mean level a limit bounds from above; none of others."""
+    number, every = limit.number, robust.evaluate.response_names
+    if number.statistic != "mean" or robust.nominal_mean or np.isfinite(float(limit.at_least)):
+        return []
+    if number.response is None and number.worst:
+        return list(every) if set(every) <= set(vehicles) else []
+    return [
+        name for name in vehicles if isinstance(number.response, str) and name == number.response
+    ]
 
 
 def _cases(model: BoomingModel, runs: Runs, rows: IntArray) -> tuple[list[LiveCase], str]:

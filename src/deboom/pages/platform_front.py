@@ -14,7 +14,7 @@ from deboom.common import N_PER_MM
 from deboom.errors import InputError
 from deboom.explore.front import thinned, unbeaten
 from deboom.explore.result import Front
-from deboom.explore.robust import DesignLimits, RobustValues, chosen
+from deboom.explore.robust import RobustValues, chosen
 from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.channels import LoadCase
 from deboom.pages.front import PANELS
@@ -64,8 +64,6 @@ class PlatformFront:
         The same model in all load cases of the platform; None where they do not allow it.
     prescribed : Front or None
         The same search with prescribed motion.
-    limits : DesignLimits or None
-        What designs had to keep.
     target : float or None
         Level that cars shall not exceed [dB(A)]; None: each vehicle's level of today.
     run : str
@@ -76,7 +74,6 @@ class PlatformFront:
     runs: Runs
     every: BoomingModel | None = None
     prescribed: Front | None = None
-    limits: DesignLimits | None = None
     target: float | None = None
     run: str = "results/front/latest"
 

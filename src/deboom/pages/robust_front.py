@@ -14,9 +14,9 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.common import PERCENT, listed
 from deboom.explore.front import VERIFICATION, nondominated
-from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Limit
 from deboom.explore.result import Front
-from deboom.explore.robust import Limit, Robust
+from deboom.explore.robust import Robust
 from deboom.pages.front import report_front
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,
@@ -306,15 +306,16 @@ def _price_blocks(view: PlatformFront) -> list[str | Table]:
     modes = rows["number"].str.startswith("mode ")
     carried = rows[~modes].assign(allowed="–")
     blocks: list[str | Table] = []
-    if view.limits is not None:
-        numbers = view.limits.requirements(np.stack([view.front.robust.space.nominal, view.best]))
-        bounds = view.limits.limits.limits
+    limits = view.front.robust.limits.of_designs.limits
+    if limits:
+        designs = np.stack([view.front.robust.space.nominal, view.best])
+        numbers = view.front.robust.numbers(designs, [limit.number for limit in limits])
         limited = pd.DataFrame(
             {
-                "number": [f"{limit.response} [{limit.unit}]" for limit in bounds],
+                "number": [f"{limit.number.name} [{limit.number.unit}]" for limit in limits],
                 "today": numbers[0],
                 "after": numbers[1],
-                "allowed": [_allowed(limit) for limit in bounds],
+                "allowed": [_allowed(limit) for limit in limits],
             }
         )
         carried = pd.concat([limited, carried[~carried["number"].isin(limited["number"])]])
@@ -328,16 +329,16 @@ def _price_blocks(view: PlatformFront) -> list[str | Table]:
         blocks.append(
             f"Rigid-body modes: {ends[:, 1].min():.1f} to {ends[:, 1].max():.1f} Hz (today "
             f"{ends[:, 0].min():.1f} to {ends[:, 0].max():.1f})."
-            + ("" if view.limits or view.front.robust.limits else no_limits)
+            + ("" if view.front.robust.limits else no_limits)
         )
     return blocks
 
 
 def _allowed(limit: Limit) -> str:
     """Write the values that a limit allows, without their unit."""
-    if np.isinf(limit.at_least):
+    if np.isinf(float(limit.at_least)):
         return f"≤ {limit.at_most:g}".replace("-", "−")
-    if np.isinf(limit.at_most):
+    if np.isinf(float(limit.at_most)):
         return f"≥ {limit.at_least:g}".replace("-", "−")
     return f"{limit.at_least:g} to {limit.at_most:g}".replace("-", "−")
 

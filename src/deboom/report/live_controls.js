@@ -256,6 +256,11 @@ function head(place, words) {
   return node(table, "tbody");
 }
 
+// limits of the run that stand in no table: nobody may take them for kept
+function addUnjudged(place) {
+  for (const limit of unjudged) node(place, "p", { class: "muted" }, `Not judged here: ${limit}.`);
+}
+
 function noted(place, words) {
   place.replaceChildren();
   node(place, "p", { class: "muted" }, words);
@@ -264,7 +269,10 @@ function noted(place, words) {
 // sag, travel and modes with limits
 function drawPrice() {
   const place = byId("live-price");
-  if (!price) return noted(place, data.notes.price);
+  if (!price) {
+    noted(place, data.notes.price);
+    return addUnjudged(place);
+  }
   if (place.contains(document.activeElement) && document.activeElement !== place) return fillPrice();
   const body = head(place, [["", ""], ["today"], ["now"], ["at least"], ["at most"]]);
   data.price.names.forEach((name, i) => {
@@ -281,6 +289,7 @@ function drawPrice() {
       });
     }
   });
+  addUnjudged(place);
   fillPrice();
 }
 
@@ -337,6 +346,7 @@ function drawWeights() {
       }));
     });
   }
+  addUnjudged(place);
 }
 
 function weigh(weights, at, value, input, counted) {

@@ -148,6 +148,25 @@ function stated() {
   };
 }
 
+const numbers = (into, table = {}, labels) => labels.forEach((label, i) => { if (Number.isFinite(table[label])) into[i] = table[label]; });
+
+// limits as a state or the run states them; all others are none
+function takeLimits({ mean, peak, mounts = {} }) {
+  const vehicleNames = vehicles.map((vehicle) => vehicle.name);
+  session.limits.mean.fill(NaN);
+  session.limits.peak.fill(Infinity);
+  numbers(session.limits.mean, mean, vehicleNames);
+  numbers(session.limits.peak, peak, vehicleNames);
+  (price ? data.price.names : []).forEach((name, i) => {
+    const ends = mounts[name] || {};
+    session.limits.atLeast[i] = Number.isFinite(ends.at_least) ? ends.at_least : -Infinity;
+    session.limits.atMost[i] = Number.isFinite(ends.at_most) ? ends.at_most : Infinity;
+  });
+}
+
+takeLimits(data.limits);
+const { unjudged } = data.limits; // limits of the run that this page does not compute, in words
+
 // take a state over; what belongs to other variables is refused with a sentence
 function take(state) {
   if (!state || !Array.isArray(state.variables) || state.variables.join("|") !== names.join("|")) {
@@ -155,21 +174,12 @@ function take(state) {
   }
   const designs = [state.design, ...(state.pinned || []).map((pin) => pin.design)];
   if (designs.some((design) => !Array.isArray(design) || design.length !== model.K || !design.every(Number.isFinite))) return `A design of this page has ${model.K} numbers.`;
-  const numbers = (into, table = {}, labels) => labels.forEach((label, i) => { if (Number.isFinite(table[label])) into[i] = table[label]; });
   const vehicleNames = vehicles.map((vehicle) => vehicle.name), { limits = {}, weights = {} } = state;
   if (data.motions.includes(state.motion)) session.coupled = state.motion === "coupled";
   session.shown = Math.max(0, cases.findIndex((loadCase) => loadCase.name === state.load_case));
   if (state.vehicles === "all" || groupNames.includes(state.vehicles)) session.group = state.vehicles;
   session.chosen = shownVehicles()[0];
-  session.limits.mean.fill(NaN);
-  session.limits.peak.fill(Infinity);
-  numbers(session.limits.mean, limits.mean, vehicleNames);
-  numbers(session.limits.peak, limits.peak, vehicleNames);
-  (price ? data.price.names : []).forEach((name, i) => {
-    const ends = (limits.mounts || {})[name] || {};
-    session.limits.atLeast[i] = Number.isFinite(ends.at_least) ? ends.at_least : -Infinity;
-    session.limits.atMost[i] = Number.isFinite(ends.at_most) ? ends.at_most : Infinity;
-  });
+  takeLimits(limits);
   everyFactor.forEach((k) => {
     const [low, high] = ((state.ranges || {})[factorName(k)] || []).map(Number);
     session.lower[k] = low > data.lower[k] && low <= data.upper[k] ? low : data.lower[k];
@@ -261,7 +271,7 @@ const limited = ({ of, at }) => (of === "price" ? data.price.names[at] : `${vehi
 // go along the steps of an improvement
 function arrive(reply) {
   const what = byId("live-objective").value === "sigma" ? `${text(reply.gain, 2)} dB less scatter` : `${text(reply.gain, 2)} dB quieter`;
-  const kept = reply.beyond <= 0.005 ? "all limits are kept" : `the limit of ${limited(reply.missed)} is still missed by ${text(reply.beyond, 2)} ${reply.missed.of === "price" ? data.price.units[reply.missed.at] : "dB"}`;
+  const kept = reply.beyond <= 0.005 ? (unjudged.length ? `limits are kept except for ${unjudged.length} of the run that ${unjudged.length > 1 ? "are" : "is"} not judged here` : "all limits are kept") : `the limit of ${limited(reply.missed)} is still missed by ${text(reply.beyond, 2)} ${reply.missed.of === "price" ? data.price.units[reply.missed.at] : "dB"}`;
   byId("live-said").textContent = reply.trail.length && Math.abs(reply.gain) > 0.004
     ? `${what} on average over the parts made, ${kept}; ${reply.steps} steps in ${text(reply.ms / 1000, 1)} s.`
     : reply.trail.length ? `${kept[0].toUpperCase()}${kept.slice(1)} now; ${what}.` : `Nothing better near here: ${kept}.`;

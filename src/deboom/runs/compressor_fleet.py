@@ -50,7 +50,7 @@ from deboom.compressor.model import CompressorModel
 from deboom.compressor.sources import case_name, source_loads
 from deboom.compressor.unbalance_load import gyroscopic_mass
 from deboom.errors import InputError
-from deboom.explore.robust import DesignLimits, Limit, Limits
+from deboom.explore.moments import Limit, Objective
 from deboom.explore.space import DesignSpace
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.electric_car import ElectricCar
@@ -319,12 +319,11 @@ def mount_space(
     return DesignSpace(variables.names, variables.units, *np.array(rows).T)
 
 
-def travel_limit(model: MountedFleet, space: DesignSpace, most: float) -> DesignLimits:
+def travel_limit(model: MountedFleet, space: DesignSpace, most: float) -> Limit:
     """Limit the largest travel of a mount under 1 g to `most` times today's [1]."""
     allowed = most * float(model.statics(space.nominal[None])[0, 0])
-    name, source = model.statics.response_names[0], f"--travel {most:g}"
-    limit = Limit(name, "mm", at_most=allowed, source=source)
-    return DesignLimits(model.statics, Limits((limit,)))
+    travel = Objective("nominal", response=model.statics)
+    return Limit(travel, at_most=allowed, source=f"--travel {most:g}")
 
 
 def exact_change(model: MountedFleet, today: RealArray, design: RealArray) -> RealArray | None:

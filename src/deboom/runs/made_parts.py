@@ -14,7 +14,7 @@ from typer import Option
 from deboom.arrays import RealArray
 from deboom.common import PERCENT
 from deboom.errors import InputError
-from deboom.explore.moments import RobustLimit
+from deboom.explore.moments import Limit
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import (
     PartNumber,
@@ -80,7 +80,7 @@ class MadeParts:
         sample: ToleranceSampler,
         *,
         aims: AimOptions = AimOptions(),
-        limits: Sequence[RobustLimit] = (),
+        limits: Sequence[Limit] = (),
     ) -> Robust:
         """Wrap a model with this scatter; see `deboom.runs.options.robust_response`."""
         return robust_response(

@@ -22,8 +22,8 @@ from deboom.explore.moments import (
     SIGMA_SUM,
     STATISTICS,
     Estimator,
+    Limit,
     Objective,
-    RobustLimit,
 )
 from deboom.explore.robust import MOST_OBJECTIVES, Robust
 from deboom.explore.scatter import (
@@ -326,13 +326,13 @@ def robust_response(
     *,
     aims: AimOptions = AimOptions(),
     structure: ToleranceStructure | None = None,
-    limits: Sequence[RobustLimit] = (),
+    limits: Sequence[Limit] = (),
 ) -> Robust:
     """Wrap a model with scatter as a study's options ask for; see `Robust` for the rest.
 
     - `aims`: what the search minimises; by default the sums over the vehicles of mean and sigma.
     - `structure`: what the scatter of the variables has in common.
-    - `limits`: of numbers over the scatter.
+    - `limits`: what designs must keep.
     - raises InputError: see `AimOptions`.
     """
     return Robust(

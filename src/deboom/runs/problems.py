@@ -240,5 +240,13 @@ class CompressorProblem(RobustProblem):
             batch=batch,
             place_tolerance=place_tolerance,
         )
-        robust = Robust(mounted.index, space, nominal_mean=nominal, draws=draws, seed=seed)
-        super().__init__(travel_limit(mounted, space, travel).around(robust))
+        super().__init__(
+            Robust(
+                mounted.index,
+                space,
+                nominal_mean=nominal,
+                draws=draws,
+                seed=seed,
+                limits=[travel_limit(mounted, space, travel)],
+            )
+        )

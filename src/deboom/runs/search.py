@@ -13,9 +13,11 @@ from typer import Option
 
 from deboom.arrays import RealArray
 from deboom.choices import SearchAlgorithm
+from deboom.common import listed
 from deboom.errors import InputError
+from deboom.explore.moments import STATISTICS, Limit, Objective
 from deboom.explore.result import Front, SearchResult
-from deboom.explore.robust import DesignLimits, Limit, Limits, Robust, chosen
+from deboom.explore.robust import Limits, Robust, chosen
 from deboom.explore.search import (
     BEFORE_DESCENTS,
     VERIFIED,
@@ -25,7 +27,7 @@ from deboom.explore.search import (
     search,
     searched,
 )
-from deboom.explore.space import Evaluate, Requirements
+from deboom.explore.space import Evaluate
 from deboom.files.doe_table import read_plan
 from deboom.files.run_folder import CheckpointFolder
 from deboom.progress import progress_bar
@@ -35,7 +37,7 @@ from deboom.runs.result import RunContext
 from deboom.vehicles.fleet_front import FleetFront, PeakRise
 
 
-def report_limits(report: Report, limits: DesignLimits | None, front: Front) -> None:
+def report_limits(report: Report, front: Front) -> None:
     """Add to a report what the limits of a search did; nothing without limits.
 
     The report gets the tables ``limits`` of numbers of a design, ``level_limits`` of numbers over
@@ -43,68 +45,65 @@ def report_limits(report: Report, limits: DesignLimits | None, front: Front) -> 
     named design that misses a limit because variables without effect on the noise went back to
     nominal.
     """
-    every = (limits.around(front.robust) if limits else front.robust).limits
-    if every is None:
+    limits = front.robust.limits
+    if not limits:
         return
-    report.section("Limits", _limits_in_words(limits, front))
-    if limits:
-        report.warn(*_misses_at_nominal(limits, front.named_designs))
-        values = limits.requirements(np.stack(list(front.named_designs.values())))
+    of_design = limits.of_designs
+    report.section("Limits", _limits_in_words(front))
+    if of_design:
+        designs = np.stack(list(front.named_designs.values()))
+        values = front.robust.numbers(designs, [limit.number for limit in of_design.limits])
+        report.warn(*_misses_at_nominal(of_design, front.named_designs, values))
         report.table(
             "limits",
-            _limited_numbers(
-                limits.limits.limits, dict(zip(front.named_designs, values, strict=True))
-            ),
-            "Limited numbers of the named designs, without scatter.",
+            _limited_numbers(of_design.limits, dict(zip(front.named_designs, values, strict=True))),
+            "Limited numbers of the named designs, without scatter unless the name says otherwise.",
         )
-    if front.robust.limits:
+    if len(of_design) < len(limits):
         report.table(
             "level_limits",
             _limited_levels(front),
             "Limited levels of the named designs, under the draws of the verification: means over "
             f"the lines, and loudest lines. {_misses_in_words(_missed_levels(front))}",
         )
-    report.table("beyond_limits", _beyond(front.search, front.variables, every))
+    report.table("beyond_limits", _beyond(front.search, front.variables, limits))
     report.summary["n_beyond_limits"] = int(front.search.infeasible.sum())
 
 
-def _limits_in_words(limits: DesignLimits | None, front: Front) -> str:
+def _limits_in_words(front: Front) -> str:
     """Say what had to keep limits, and how many designs of the search miss one."""
+    statistics = {limit.number.statistic for limit in front.robust.limits.limits}
     whose, draws = [], ""
-    if front.robust.limits:
+    if any(STATISTICS[name].is_estimate for name in statistics):
         whose.append("by the levels over the scatter")
         draws = " under the draws of the search"
-    if limits:
-        whose.append(f"by {'every drawn part' if limits.every_part else 'the design itself'}")
+    if "nominal" in statistics:
+        whose.append("by the design itself")
+    if statistics & {"smallest", "largest"}:
+        whose.append("by every drawn part")
     return (
-        f"Limits had to be kept {' and '.join(whose)}: {front.search.infeasible.sum()} of "
+        f"Limits had to be kept {listed(whose)}: {front.search.infeasible.sum()} of "
         f"{front.search.n_evaluated} designs miss one. All designs of the front keep all{draws}."
     )
 
 
-def _misses_at_nominal(limits: DesignLimits, designs: Mapping[str, RealArray]) -> list[str]:
-    """Say which named designs (k,) miss a limit; the first, today's, may."""
-    sentences = []
-    for name, design in list(designs.items())[1:]:
-        excess = limits.limits.excess(limits.requirements(design[np.newaxis, :]))
-        if np.any(excess > 0.0):
-            sentences.append(
-                f"The design '{name}' misses a limit: {limits.limits.closest(excess)}."
-            )
-    return sentences
-
-
-def _scales(front: Front) -> RealArray:
-    """Return the factor from each limited number to a level that is shown, (n_limit,) [1]."""
-    limits = front.robust.limits.limits if front.robust.limits else ()
-    return np.array([1.0 / limit.n_lines for limit in limits])
+def _misses_at_nominal(
+    limits: Limits, designs: Mapping[str, RealArray], values: RealArray
+) -> list[str]:
+    """Say which named designs, with limited numbers (n, l), miss a limit; the first one may."""
+    return [
+        f"The design '{name}' misses a limit: {limits.closest(excess[np.newaxis])}."
+        for name, excess in list(zip(designs, limits.excess(values), strict=True))[1:]
+        if np.any(excess > 0.0)
+    ]
 
 
 def _missed_levels(front: Front) -> RealArray:
     """Return by how much verified designs miss the limit that they miss most, (n,) [dB]."""
     excess = np.where(np.isfinite(front.values.excess), front.values.excess, 0.0)
     # each limit of a level has one bound
-    return np.asarray((excess * _scales(front)).max(axis=1))
+    n_lines = [limit.n_lines for limit in front.judge.sets[0].limits.limits]
+    return np.asarray((excess / n_lines).max(axis=1))
 
 
 def _misses_in_words(missed: RealArray) -> str:
@@ -120,28 +119,31 @@ def _misses_in_words(missed: RealArray) -> str:
 
 def _limited_levels(front: Front) -> pd.DataFrame:
     """Tabulate limited numbers over the scatter, those of sums over lines divided by the lines."""
-    designs = np.stack(list(front.named_designs.values()))
-    sets = [(robust, robust.limits) for robust in front.judge.sets if robust.limits]
-    values = np.mean([kept.responses(robust(designs).excess) for robust, kept in sets], axis=0)
+    designs, sets = np.stack(list(front.named_designs.values())), front.judge.sets
+    limited = [robust.limits for robust in sets]
+    values = np.mean([robust.limits.numbers(robust(designs).excess) for robust in sets], axis=0)
     # today's number is another one under each set of draws
-    most = np.mean([[limit.at_most for limit in kept.limits] for _, kept in sets], axis=0)
-    limits, scales = [], _scales(front)
-    for limit, scale, bound in zip(sets[0][1].limits, scales, most, strict=True):
-        name = limit.response if scale == 1.0 else f"{limit.response}, per line"
-        limits.append(Limit(name, limit.unit, at_most=float(scale * bound)))
+    most = np.mean(
+        [[float(limit.at_most) for limit in limits.limits] for limits in limited], axis=0
+    )
+    scales = np.array([1.0 / limit.n_lines for limit in limited[0].limits])
+    limits = []
+    for limit, scale, bound in zip(limited[0].limits, scales, most, strict=True):
+        name = limit.number.name if scale == 1.0 else f"{limit.number.name}, per line"
+        limits.append(Limit(replace(limit.number, label=name), at_most=float(scale * bound)))
     return _limited_numbers(limits, dict(zip(front.named_designs, values * scales, strict=True)))
 
 
-def _limited_numbers(bounds: Sequence[Limit], designs: Mapping[str, RealArray]) -> pd.DataFrame:
+def _limited_numbers(limits: Sequence[Limit], designs: Mapping[str, RealArray]) -> pd.DataFrame:
     """One row per limited number: its value in each design, and its bounds.
 
     - `designs`: values of the limited numbers of each design, by its name.
     """
-    labels = [f"{limit.response} [{limit.unit}]" for limit in bounds]
+    labels = [f"{limit.number.name} [{limit.number.unit}]" for limit in limits]
     table: dict[str, Sequence[object]] = {"number": labels}
     table |= {name: row.tolist() for name, row in designs.items()}
     for side in ("at_least", "at_most"):
-        values = np.array([getattr(limit, side) for limit in bounds])
+        values = np.array([getattr(limit, side) for limit in limits])
         table[side.replace("_", " ")] = np.where(np.isfinite(values), values, np.nan).tolist()
     return pd.DataFrame(table)
 
@@ -157,24 +159,6 @@ def _beyond(search: SearchResult, variables: Sequence[str], limits: Limits) -> p
     return pd.DataFrame({**factors, **excess})
 
 
-@dataclass(frozen=True, eq=False)
-class _Together:
-    """Several limited numbers of one design, one after another."""
-
-    parts: tuple[Requirements, ...]
-
-    @property
-    def variable_names(self) -> tuple[str, ...]:
-        return self.parts[0].variable_names
-
-    @property
-    def response_names(self) -> tuple[str, ...]:
-        return tuple(name for part in self.parts for name in part.response_names)
-
-    def __call__(self, designs: RealArray) -> RealArray:
-        return np.hstack([part(designs) for part in self.parts])
-
-
 PeakRiseOption: TypeAlias = Annotated[
     float | None, Option(help="Largest allowed rise of a booming peak [dB]; default: no limit.")
 ]
@@ -187,30 +171,16 @@ def check_peak_rise(most: float | None) -> None:
         raise InputError(f"--peak-rise {most:g}: give by how much a peak may rise, from 0 dB")
 
 
-def keeping_peaks(
-    limits: DesignLimits | None, model: Evaluate, today: RealArray, most: float
-) -> DesignLimits:
-    """Limit by how much the booming peak of a vehicle that rises most may rise, besides others.
+def peak_rise_limits(most: float | None, model: Evaluate, today: RealArray) -> tuple[Limit, ...]:
+    """Return the limit of ``--peak-rise``, by how much the peak that rises most may; None: none.
 
-    - `limits`: what designs must keep anyway, of the design itself.
-    - `model`, `today` (k,): model with levels, and design whose peaks count.
-    - `most`: rise over today's peaks, without scatter [dB].
-    - raises InputError: limits that every drawn part must keep.
+    - `model`, `today` (k,): model with levels, and design whose peaks count, without scatter.
+    - `most`: rise over today's peaks [dB].
     """
-    rise = PeakRise(model, today)
-    limit = Limit(rise.response_names[0], "dB", at_most=most, source=f"--peak-rise {most:g}")
-    if limits is None:
-        return DesignLimits(rise, Limits((limit,)))
-    if limits.every_part is not None:
-        raise InputError(
-            "--peak-rise limits the design itself, and the file of limits every part: let the file "
-            "limit the design, or leave --peak-rise out"
-        )
-    return replace(
-        limits,
-        requirements=_Together((limits.requirements, rise)),
-        limits=Limits((*limits.limits.limits, limit)),
-    )
+    if most is None:
+        return ()
+    rise = Objective("nominal", response=PeakRise(model, today))
+    return (Limit(rise, at_most=most, source=f"--peak-rise {most:g}"),)
 
 
 @dataclass(frozen=True)
@@ -219,10 +189,10 @@ class SearchOptions:
 
     generations: Annotated[
         int, Option(help="Largest number of generations of the search.", callback=at_least(1))
-    ] = 100
+    ] = Search.generations
     population: Annotated[
         int, Option(help="Number of designs per generation.", callback=at_least(4))
-    ] = 100
+    ] = Search.population
     algorithm: Annotated[SearchAlgorithm, Option(help="Search algorithm of pymoo.")] = (
         SearchAlgorithm.nsga2
     )
@@ -306,7 +276,6 @@ class SearchOptions:
         seed: int,
         run: RunContext | None,
         inputs: Sequence[Path],
-        limits: DesignLimits | None = None,
         verified_with: int = VERIFIED,
         title: str = "NSGA-II",
     ) -> Front:
@@ -318,7 +287,6 @@ class SearchOptions:
             front = search(
                 robust,
                 self.settings(seed),
-                limits=limits,
                 shown=None,
                 verified_with=verified_with,
                 workers=self.workers,
@@ -359,7 +327,7 @@ class ThoroughSearchOptions(SearchOptions):
             help="Number of searches with the seeds from --seed upwards; they give one front.",
             callback=at_least(1),
         ),
-    ] = 1
+    ] = Search.searches
     polish: Annotated[
         bool,
         Option(
@@ -367,7 +335,7 @@ class ThoroughSearchOptions(SearchOptions):
             f"front is improved, a search without limits ends after {BEFORE_DESCENTS} designs, "
             "unless --until-gain or --until-seconds says when."
         ),
-    ] = True
+    ] = Search.polish
     begin: Annotated[
         Path | None,
         Option(help="Designs to begin with: a file that the interactive page saved, or a table."),
@@ -385,7 +353,6 @@ class ThoroughSearchOptions(SearchOptions):
         seed: int,
         run: RunContext | None,
         inputs: Sequence[Path],
-        limits: DesignLimits | None = None,
         name: str = "search",
         begin: RealArray | None = None,
     ) -> Front:
@@ -405,7 +372,6 @@ class ThoroughSearchOptions(SearchOptions):
             front = search(
                 robust,
                 self.settings(seed),
-                limits=limits,
                 first_population=begin,
                 verified_with=self.checks,
                 workers=self.workers,

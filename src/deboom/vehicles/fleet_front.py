@@ -83,15 +83,14 @@ class PeakRise:
     model: Any
     today: RealArray
 
+    response_names = ("rise of a booming peak",)
+    response_unit = "dB"
+    smooth = False
+
     @property
     def variable_names(self) -> tuple[str, ...]:
         """Those of the model."""
         return tuple(self.model.variable_names)
-
-    @property
-    def response_names(self) -> tuple[str, ...]:
-        """Name of the one response."""
-        return ("rise of a booming peak",)
 
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
         """Return the largest rise over vehicles and load cases, without scatter, (n, 1) [dB].

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.moments import STATISTICS, Objective, RobustLimit
+from deboom.explore.moments import STATISTICS, Limit, Objective
 from deboom.vehicles.fleet_front import load_cases_of
 
 TAIL = 0.95
@@ -31,6 +31,7 @@ class LoudestLine:
 
     response_unit = "dB(A)"
     quantity = "loudest line"
+    smooth = False
 
     @property
     def variable_names(self) -> tuple[str, ...]:
@@ -65,7 +66,7 @@ def level_statistics() -> dict[str, str]:
     names = {
         statistic.short or name: name
         for name, statistic in STATISTICS.items()
-        if not statistic.takes_level
+        if statistic.is_estimate and not statistic.takes_level
     }
     return {**names, PEAK: "mean"}
 
@@ -114,7 +115,7 @@ def level_limits(
     vehicle: str | None = None,
     *,
     source: str = "",
-) -> tuple[RobustLimit, ...]:
+) -> tuple[Limit, ...]:
     """Return the limits that a vehicle, or every vehicle, keeps a level.
 
     - `at_most`: mean over the lines, or the loudest line [dB(A); dB of sigma]; ``"today"``: each
@@ -133,6 +134,4 @@ def level_limits(
         words = f"SPLV over {n_lines} lines"  # so that the bound can be told from the stated one
         numbers = [replace(each, label=each.label.replace("SPLV", words)) for each in numbers]
     bound = at_most if isinstance(at_most, str) else n_lines * at_most
-    return tuple(
-        RobustLimit(number, at_most=bound, source=source, n_lines=n_lines) for number in numbers
-    )
+    return tuple(Limit(number, at_most=bound, source=source, n_lines=n_lines) for number in numbers)

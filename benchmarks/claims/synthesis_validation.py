@@ -1,17 +1,17 @@
 """Synthesised against measured sound.
 
 The study `studies/synthesis_validation.py`, 5th gear with full load, 20 to 55 Hz at the driver's
-ear: the five vehicles of group U06 with five mount sets each on the shipped bench, of which the last
-carries a battery (the four alike ones spread by 6.8 dB, where all five do by 12.6), one vehicle with
-two mount sets on each of twenty benches whose powertrain, mounts and body are drawn, four of each
-family: as on the bench's own prior, real attachments, light, battery and truck bodies, with rubber
-in the car within 15 % of that on the bench, mounts apart by up to 10 % and a filler of 0.4 to 3
-times the usual effect. Interface forces, from blocked ones, the receptance of the source and that
-of the body (hammer accelerances), times reciprocal noise transfer functions against the microphone
-of the coupled car, whose body gives way, whose mounts are 3 % softer besides and which hears other
-paths; noise, sensor, hammer and loudspeaker errors throughout. Response surfaces are fitted without
-the run that they predict. Mount sets in one vehicle share the errors of its functions and other
-paths.
+ear: the five vehicles of group U06 with five mount sets each on the shipped bench, of which the
+last carries a battery (the four alike ones spread by 6.8 dB, where all five do by 12.6), one
+vehicle with two mount sets on each of twenty benches whose powertrain, mounts and body are drawn,
+four of each family: as on the bench's own prior, real attachments, light, battery and truck bodies,
+with rubber in the car within 15 % of that on the bench, mounts apart by up to 10 % and a filler of
+0.4 to 3 times the usual effect. Interface forces, from blocked ones, the receptance of the source
+and that of the body (hammer accelerances), times reciprocal noise transfer functions against the
+microphone of the coupled car, whose body gives way, whose mounts are 3 % softer besides and which
+hears other paths; noise, sensor, hammer and loudspeaker errors throughout. Response surfaces are
+fitted without the run that they predict. Mount sets in one vehicle share the errors of its
+functions and other paths.
 
 The car says how strong the loudspeaker was, by the functions of the hammer, and how stiff its
 mounts are, by forces that accelerations on its body give; the microphone takes no part in either.

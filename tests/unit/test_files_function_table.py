@@ -215,6 +215,14 @@ def test_what_is_no_mat_file_is_refused(tmp_path, data, sentence):
         (f"{HEADER}|20,x,2|21,3,1e999", "or)\nline 3, column 'a imag [N]': '1e999'"),
         (HEADER.replace("N", "parsec") + "|20,1,2|21,3,4", "unknown unit 'parsec'"),
         (HEADER.replace(",a", ",b") + "|20,1,2|21,3,4", "no function 'a': add it, with real and"),
+        (
+            "frequency [Hz],a level [dB],a phase [deg]|20,3,4|21,3,4",
+            "there are none; 'a level [dB]', 'a phase [deg]' are neither: export real and",
+        ),
+        (
+            "frequency,a amplitude,a phase,b real,b imag|Hz,N,deg,N,N|20,3,4,1,1|21,3,4,1,1",
+            "there are 'b'; 'a amplitude [N]', 'a phase [deg]' are neither: export real and",
+        ),
     ],
 )
 def test_a_wrong_table_or_function_is_refused(tmp_path, text, sentence):

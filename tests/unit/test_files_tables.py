@@ -123,13 +123,13 @@ HEADER = "mount,piece,x [m],y [m],z [m]"
 NO_TABLES = [
     ("csv", None, r"mounts\.csv cannot be read \(No such file"),
     ("csv", "", r"mounts\.csv is empty"),
-    ("csv", b"mount,piece,x [m]\xff\n", r"mounts\.csv is not UTF-8"),
+    ("csv", b"mount,piece,x [m\xb3],y [m],z [m]\nTSM,,1,1,1\n", r"'x \[m³\]': unknown unit 'm³'"),
     ("csv", f"{HEADER}\n\n", "has a header and no rows"),
     ("csv", f"{HEADER},w\nTSM,,1,1,1,1\n", "column 'w' is unknown or doubled"),
     ("csv", HEADER.replace(",", "|"), "are mount, piece, x, y, z, separated by commas"),
     *(
         ("csv", f'{HEADER}\nTSM,,"{number}",1,1\n', "line 2, column 'x'.*is no finite number")
-        for number in ("398_0", "１２", "1,5", "0x10", "1e400", "- 1")
+        for number in ("398_0", "１２", "1,500", "0x10", "1e400", "- 1")
     ),
     ("xlsx", b"\xd0\xcf\x11\xe0" + bytes(600), "old .xls workbook or has a password"),
     ("xlsx", "mount,piece", r"is no Excel file .*: save it as \.xlsx once more; if it is text, n"),
@@ -406,6 +406,39 @@ def test_an_item_whose_name_begins_like_a_remark_is_kept(tmp_path):
     path = tmp_path / "mounts.csv"
     path.write_text(f"{HEADER}\n# 1,,1,2,3\n# by tape, in May, twice, at 20 deg, by Li, Wu\n")
     assert [row.mount for row in read_table(path, MountRow)] == ["# 1"]
+
+
+UNITS_BELOW = [
+    "mount,piece,x,y,z\n,,[mm],[mm],[mm]\nTSM,,1500,125,12\n",
+    "mount,piece,x [mm],y,z\n,-,mm,in,m\nTSM,,1500,4.921259842519685,0.012\n",
+    'mount,piece,x [m],y [m],z [m]\nTSM,,"1,500","0,125","0,012"\n',
+    "mount\tpiece\tx [m]\ty [m]\tz [m]\nTSM\t\t1,5\t0,125\t0,012\n",
+    "mount;piece;x [µm];y [m];z [m]\nTSM;;1500000;0,125;0,012\n".encode("cp1252"),
+    "mount\tpiece\tx [µm]\ty [m]\tz [m]\nTSM\t\t1500000\t0,125\t0,012\n".encode("utf-16"),
+]
+
+
+@pytest.mark.parametrize("text", UNITS_BELOW)
+def test_tables_of_spreadsheets_and_of_windows_are_read(tmp_path, text):
+    path = tmp_path / "mounts.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    (row,) = read_table(path, MountRow)
+    assert (row.mount, row.position) == ("TSM", pytest.approx((1.5, 0.125, 0.012)))
+
+
+@pytest.mark.parametrize(
+    ("rows", "sentence"),
+    [
+        ("x [mm],y [mm],z [mm]\n,,m,mm,mm\n", "'x [mm]': the row below it says 'm': state one"),
+        ("x [m],y [m],z [m]\nTSM,,1,5,0,125,0,012\n", "line 2 has 8 cells and the header 5; deci"),
+        ("x,y,z\n,,mm,mm,V\nTSM,,1,1,1\n", "column 'z [V]': unit 'V' is that of no mechanical"),
+    ],
+)
+def test_units_that_differ_and_commas_of_two_kinds_are_named(tmp_path, rows, sentence):
+    path = tmp_path / "mounts.csv"
+    path.write_text(f"mount,piece,{rows}")
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        read_table(path, MountRow)
 
 
 def test_a_decimal_comma_of_one_cell_tells_that_of_the_others(tmp_path):

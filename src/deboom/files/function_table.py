@@ -471,11 +471,13 @@ class FunctionTable:
     - `functions`: name to what reads unit label and complex values (n,) [that unit].
     - `added_decay_rate`: of an exponential window, from the column `ADDED_DECAY`; 0 without one
       [1/s].
+    - `others`: columns that are part of no function, such as a magnitude.
     """
 
     frequency: RealArray
     functions: Mapping[str, Callable[[], tuple[str, ComplexArray]]]
     added_decay_rate: float = 0.0
+    others: tuple[str, ...] = ()
 
     def spectrum(self, name: str) -> tuple[Unit, ComplexArray]:
         """Return unit and values of a function, in SI.
@@ -483,12 +485,17 @@ class FunctionTable:
         - raises InputError: it is not there, or at fault.
         """
         if name not in self.functions:
-            names = ", ".join(map(repr, list(self.functions)[:3])) or "none"
-            more = f" and {len(self.functions) - 3} more" if len(self.functions) > 3 else ""
-            raise InputError(
+            sentence = (
                 f"the file has no function '{name}': add it, with real and imaginary part; there "
-                f"are {names}{more}"
+                f"are {_first_three(tuple(self.functions))}"
             )
+            of_it = [each for each in self.others if each.startswith(name)]
+            if others := of_it or ([] if self.functions else self.others):
+                sentence += (
+                    f"; {_first_three(others)} are neither: export real and imaginary part instead "
+                    f"of magnitude or level and phase, as '{name} real [N]' and '{name} imag [N]'"
+                )
+            raise InputError(sentence)
         label, values = self.functions[name]()
         unit = parse_unit(label)
         bad = np.flatnonzero(~np.isfinite(values))
@@ -498,6 +505,11 @@ class FunctionTable:
                 "deboom does not fill gaps"
             )
         return unit, values * unit.factor
+
+
+def _first_three(names: Sequence[str]) -> str:
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return (", ".join(map(repr, names[:3])) or "none") + more
 
 
 def _refuse_op2(path: Path) -> NoReturn:
@@ -597,15 +609,17 @@ def _from_columns(path: Path) -> FunctionTable:
         raise InputError(f"{path}: there is no column 'frequency [Hz]': add it{separated}")
     with naming(path):
         (frequency,) = columns.numbers(header)
-    split = (name.rpartition(" ") for name in by_name)
-    stems = dict.fromkeys(stem for stem, _, part in split if part in _PARTS)
+    parts = [name for name in by_name if name.rpartition(" ")[2] in _PARTS]
+    stems = dict.fromkeys(name.rpartition(" ")[0] for name in parts)
     read = {stem: partial(_complex, stem, by_name, columns) for stem in stems}
+    of_none = by_name.keys() - {*parts, _FREQUENCY, name_and_unit(ADDED_DECAY)[0]}
     rate = 0.0
     if ADDED_DECAY in columns.texts:
         with naming(path):
             (rates,) = columns.numbers(ADDED_DECAY)
         rate = _constant(path, rates)
-    return FunctionTable(frequency, read, rate)
+    others = tuple(header for name, header in by_name.items() if name in of_none)
+    return FunctionTable(frequency, read, rate, others)
 
 
 def _complex(stem: str, by_name: Mapping[str, str], columns: Columns) -> tuple[str, ComplexArray]:

@@ -119,6 +119,7 @@ _CHARACTERS = str.maketrans(
 )
 _AMPLITUDE = re.compile(r"[\s_(](rms|RMS|pk|PK|peak|Peak|p-p|pkpk|eff)\)?$")
 _ELECTRICAL = re.compile(r"[mµu]?V(olts?)?|EU|[Cc]ounts?|[Dd]igits?")
+_UNSCALED = re.compile(rf"{_ELECTRICAL.pattern}|dB")
 
 
 LONGEST_LABEL, MOST_RATIOS = 80, 5
@@ -174,6 +175,14 @@ def parse_unit(label: str, si: str = "") -> Unit:
         )
     labels = ", ".join(UNITS.get(si, UNITS))
     raise InputError(f"unknown unit {label!r}: use one of {labels} or a ratio of two, such as Pa/N")
+
+
+def is_label(text: str) -> bool:
+    """Tell whether a text is the label of a unit, or of what is measured before it has one."""
+    try:
+        return bool(_UNSCALED.fullmatch(text) or parse_unit(text))
+    except InputError:
+        return False
 
 
 def _plain(label: str) -> str:

@@ -145,6 +145,11 @@ def text_of(path: Path, largest: int = LARGEST_TEXT) -> str:
     data = read_bytes(path, largest)
     if data.startswith(_UTF_16):
         return data.decode("utf-16", errors="replace")
+    return decoded(data)
+
+
+def decoded(data: bytes) -> str:
+    """Return a text that is UTF-8, or else in Windows' code page 1252."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

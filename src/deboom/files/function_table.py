@@ -26,7 +26,7 @@ from deboom.files.reader_process import read_apart
 from deboom.files.schema import noting, telling
 from deboom.files.sdynpy_npz import read_sdynpy
 from deboom.files.tables import Columns, name_and_unit, number_in, read_columns
-from deboom.files.uff import UffFunction, read_uff
+from deboom.files.uff import QUANTITY_CODE, UffFunction, read_uff
 from deboom.files.units import RANGES, Unit, parse_unit, refuse_beyond
 from deboom.measurement.channels import ADDED_DECAY, Frf, Spectrum
 from deboom.physics.order_tracking import frequency_of_order
@@ -134,6 +134,11 @@ def _differing(a: RealArray, b: RealArray) -> npt.NDArray[np.intp]:
         for part in blocks(a.size)
     ]
     return np.concatenate(different) if different else np.zeros(0, dtype=np.intp)
+
+
+def real_where_it_is(values: RealOrComplexArray) -> RealOrComplexArray:
+    """Return real values where imaginary parts are 0: programs may store all as complex."""
+    return values.real if np.iscomplexobj(values) and not np.any(values.imag) else values
 
 
 def starts_at_0_hz(lines: RealArray, whose: object) -> bool:
@@ -292,6 +297,7 @@ class FunctionMatrix:
                 f"{what} has UFF function type {function.function_type}: export it as {kinds}"
             )
         values = function.values
+        values = values if is_complex else real_where_it_is(values)
         if np.iscomplexobj(values) != is_complex:
             remedy = (
                 "real: export real and imaginary part, phase is needed"
@@ -376,6 +382,18 @@ class FunctionMatrix:
             dof += f", reference node {reference.node} {reference.direction}"
         if matches:
             raise self.error(f"{what} ({dof}) is in it {len(matches)} times: keep one")
+        for other in here:
+            if (
+                ordinate in QUANTITY_CODE
+                and other.ordinate in ("unknown", "general")
+                and other.response_direction in response.directions
+                and (not reference.name or other.reference_node == reference.node)
+            ):
+                stated = f"{QUANTITY_CODE[other.ordinate]}, {other.ordinate}"
+                raise self.error(
+                    f"{what} ({dof}) is not in it: the data type of the ordinate there is "
+                    f"{stated}; write {QUANTITY_CODE[ordinate]}, {ordinate}"
+                )
         near = [candidate for candidate in here if candidate.reference_node == reference.node]
         others = list(dict.fromkeys(candidate.dof for candidate in near or here or self.functions))
         more = f" and {len(others) - 3} more" if len(others) > 3 else ""

@@ -31,7 +31,13 @@ from deboom.files.disk import (
     refuse_announced,
     text_of,
 )
-from deboom.files.function_table import SAME_LINE, TIME_SIGNAL, matlab_table, same_lines
+from deboom.files.function_table import (
+    SAME_LINE,
+    TIME_SIGNAL,
+    matlab_table,
+    real_where_it_is,
+    same_lines,
+)
 from deboom.files.reader_process import read_apart
 from deboom.files.rows import CampaignChannel
 from deboom.files.schema import noting, telling
@@ -176,13 +182,18 @@ def time_functions(path: Path, channels: Sequence[CampaignChannel]) -> TimeFunct
     if kind_of(path) == "a UFF file":
         whole = read_uff(path)
         by_dof = {(row.node, row.direction.lstrip("+-"), row.ordinate): row for row in channels}
-        labels, quantities = [], []
+        labels, quantities, functions = [], [], []
         for function in whole:
+            values = real_where_it_is(function.values)
+            if np.iscomplexobj(values):
+                raise InputError(f"{path}: {function.dof} is complex: export it as a signal")
+            stored_complex = np.iscomplexobj(function.values)
+            functions.append(replace(function, values=values) if stored_complex else function)
             at = function.response_node, function.response_direction.lstrip("+-")
             row = by_dof.get((*at, function.ordinate))
             labels.append(f"{row.channel} ({row.quantity})" if row else function.dof)
             quantities.append(row.quantity if row else "")
-        return _on_one_raster(path, labels, whole, quantities)
+        return _on_one_raster(path, labels, functions, quantities)
     names = [(f"{row.channel} {row.quantity}", row.channel) for row in channels]
     signals = read_time_signals(path, [name for pair in names for name in pair])
     functions = []
@@ -294,7 +305,7 @@ def _listed(names: Sequence[str]) -> str:
 
 def _resampled(function: UffFunction, instants: RealArray) -> RealArray:
     """Band-limited values at other instants, within the function's own time."""
-    time, values = function.abscissa, function.values.real
+    time, values = function.abscissa, function.values
     n = time.size
     # a straight line beside the signal: what the filter sees begins and ends at zero
     line = values[0] + (values[-1] - values[0]) * (time - time[0]) / (time[-1] - time[0])
@@ -317,7 +328,7 @@ def _resampled(function: UffFunction, instants: RealArray) -> RealArray:
 def _interpolated(function: UffFunction, instants: RealArray) -> RealArray:
     """Values of a spline through uneven instants, within the function's own time."""
     time = function.abscissa
-    values = CubicSpline(time, function.values.real)(np.clip(instants, time[0], time[-1]))
+    values = CubicSpline(time, function.values)(np.clip(instants, time[0], time[-1]))
     values.setflags(write=False)
     return np.asarray(values)
 

@@ -6,6 +6,7 @@ import shutil
 import struct
 import sys
 import time
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -27,6 +28,7 @@ from deboom.files.campaign import read_campaign, read_time_run
 from deboom.files.function_table import read_function_table
 from deboom.files.rows import CampaignChannel
 from deboom.files.time_data import read_time_signals, time_functions
+from deboom.files.uff import write_uff
 from deboom.files.units import Unit
 
 RATE = 2048.0
@@ -702,6 +704,7 @@ def test_time_data_of_a_measuring_system_go_through_orders(written, tmp_path):
     (folder / "campaign.toml").write_text(text.replace(f'file = "{uff}"', f'file = "{name}"'))
     table = folder / "channels.csv"
     rows = table.read_text()
+    rows = re.sub("(,tacho,.*),1\n", r"\1,V\n", rows)
     table.write_text(re.sub(r"(,acceleration,.*),m/s\^2", r"\1,g", rows))
     orders(folder, "other")
     table.write_text(rows)
@@ -754,6 +757,31 @@ ROWS = [
     CampaignChannel("tacho", "tacho", 1, "scalar", Unit("1", "1", 1.0)),
     CampaignChannel("engine torque", "engine torque", 2, "scalar", Unit("N m", "N m", 1.0)),
 ]
+
+
+@pytest.mark.parametrize("kind", ["wav", "uff"])
+def test_a_tacho_may_be_in_volts(tmp_path, kind):
+    time, torque, path = np.arange(64) / 2000.0, 40.0 + TIME, tmp_path / f"run.{kind}"
+    pulses = np.where(np.arange(64) % 8 < 2, 4.0, 0.0)
+    rows = ROWS
+    if kind == "wav":
+        wav(path, {"tacho": ("V", pulses), "engine torque": ("N m", torque)}, time)
+    else:
+        rows = [ROWS[0], replace(ROWS[1], direction="+ry")]
+        functions = [row.dof.function(time, pulses, 1, "general", "V") for row in rows[:1]]
+        functions += [row.dof.function(time, torque, 1, "force", "N m") for row in rows[1:]]
+        write_uff(path, functions, binary=True)
+    tacho, other = time_functions(path, rows).functions
+    assert (tacho.unit, other.unit) == ("1", "N m")
+    np.testing.assert_allclose(tacho.values, pulses, atol=1e-6)
+    np.testing.assert_allclose(other.values, torque, rtol=1e-6)
+
+
+def test_other_channels_may_not_be_in_volts(tmp_path):
+    wav(tmp_path / "run.wav", {"tacho": ("V", TIME), "engine torque": ("V", TIME)}, TIME)
+    sentence = "channel 'engine torque': unit 'V' is that of no mechanical quantity"
+    with pytest.raises(InputError, match=sentence):
+        time_functions(tmp_path / "run.wav", ROWS)
 
 
 def torque_at(time):

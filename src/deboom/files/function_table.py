@@ -415,7 +415,8 @@ class FunctionMatrix:
             if not math.isclose(stated.factor, table.factor, rel_tol=1e-9):
                 raise self.error(
                     f"{what} is in '{function.file_unit}', but the channel table says "
-                    f"'{table.label}': correct the wrong one"
+                    f"'{table.label}': correct the wrong one, or leave the table's empty where "
+                    "files differ"
                 )
 
     @cached_property

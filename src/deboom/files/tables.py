@@ -35,7 +35,7 @@ from deboom.files.disk import (
     text_of,
 )
 from deboom.files.schema import Note, doubled, noting, refuse_all, telling
-from deboom.files.units import Unit, is_label, parse_unit, refuse_beyond
+from deboom.files.units import Unit, is_label, is_unscaled, parse_unit, refuse_beyond
 from deboom.files.workbook_parts import refuse_large_parts
 from deboom.tabled import PACKED, csv_text, table_of, unescaped
 
@@ -559,6 +559,10 @@ class Optional:
     default: str
 
 
+class UnitOfFiles:
+    """Mark of a unit that a table may leave to the files, each its own: an empty cell."""
+
+
 class InUnitOfRow:
     """Mark of a number in the unit of its row; empty is infinite."""
 
@@ -724,7 +728,9 @@ def _value(row: Row, field: str, column: Any, tell: Note) -> Any:
     try:
         if column is int:
             return row.node(field)
-        if column is Unit:
+        if column is UnitOfFiles and (not row.cells[field] or is_unscaled(row.cells[field])):
+            return Unit(row.cells[field], "", 1.0)
+        if column in (Unit, UnitOfFiles):
             return _stated(row, field)
         if column is InUnitOfRow:
             return row.number(field) * _stated(row, "unit").factor if row.cells[field] else math.inf
@@ -765,7 +771,7 @@ def _written(row: Any, field: str, column: Any) -> list[Any]:
     value = getattr(row, field)
     if isinstance(column, Numbers):
         return column.scaled(value if len(column.names) > 1 else (value,))
-    if column is Unit:
+    if column in (Unit, UnitOfFiles):
         return [value.label]
     if column is InUnitOfRow:
         return ["" if math.isinf(value) else repr(value / row.unit.factor)]

@@ -39,11 +39,11 @@ from deboom.files.function_table import (
     same_lines,
 )
 from deboom.files.reader_process import read_apart
-from deboom.files.rows import CampaignChannel
+from deboom.files.rows import CAMPAIGN_QUANTITIES, CampaignChannel
 from deboom.files.schema import noting, telling
 from deboom.files.tables import (
     Columns,
-    InUnitOfRow,
+    Numbers,
     TableRow,
     name_and_unit,
     number_in,
@@ -187,10 +187,13 @@ def time_functions(path: Path, channels: Sequence[CampaignChannel]) -> TimeFunct
             values = real_where_it_is(function.values)
             if np.iscomplexobj(values):
                 raise InputError(f"{path}: {function.dof} is complex: export it as a signal")
-            stored_complex = np.iscomplexobj(function.values)
-            functions.append(replace(function, values=values) if stored_complex else function)
+            if np.iscomplexobj(function.values):
+                function = replace(function, values=values)
+            functions.append(function)
             at = function.response_node, function.response_direction.lstrip("+-")
             row = by_dof.get((*at, function.ordinate))
+            if row and row.quantity == "tacho":  # its pulses count, in whatever unit
+                functions[-1] = replace(functions[-1], ordinate_unit="1", file_unit="1")
             labels.append(f"{row.channel} ({row.quantity})" if row else function.dof)
             quantities.append(row.quantity if row else "")
         return _on_one_raster(path, labels, functions, quantities)
@@ -337,10 +340,12 @@ def _unit(what: str, row: CampaignChannel, signal: TimeSignal) -> Unit:
     # pulses of a tacho count, their height in whatever unit does not
     if row.quantity == "tacho":
         return Unit("1", "1", 1.0)
+    si = CAMPAIGN_QUANTITIES[row.quantity][1]
     if not signal.unit.strip():
-        raise InputError(f"{what} states no unit: export it with one, such as {row.unit.label}")
+        example = row.unit.label or si
+        raise InputError(f"{what} states no unit: export it with one, such as {example}")
     with naming(what):
-        return parse_unit(signal.unit, row.unit.si)
+        return parse_unit(signal.unit, si)
 
 
 def _function(what: str, row: CampaignChannel, signal: TimeSignal, unit: Unit) -> UffFunction:
@@ -427,17 +432,17 @@ class WavChannel(TableRow):
     """Calibration of one track of a WAV file, in the order of the tracks.
 
     - `channel`: name of the channel.
-    - `full_scale`: value at the largest number that the file can hold, in SI; in the table [unit].
-    - `unit`: unit of the channel, such as ``Pa``.
+    - `full_scale`: value at the largest number that the file can hold [unit].
+    - `unit`: unit of the channel, such as ``Pa``; of a tacho in whatever unit.
     """
 
     unique = ("channel '{0.channel}'",)
     channel: str
-    full_scale: Annotated[float, InUnitOfRow]
-    unit: Unit
+    full_scale: Annotated[float, Numbers(("full_scale",))]
+    unit: str
 
     def _check(self) -> None:
-        if not 0 < self.full_scale < math.inf:
+        if not self.full_scale > 0:
             raise InputError(f"full_scale of '{self.channel}' is not positive: state it")
 
 
@@ -479,8 +484,8 @@ def _wav(path: Path, names: Sequence[str]) -> _Channels:
             continue
         values = track.astype(np.float64)
         values -= middle
-        values *= row.full_scale / row.unit.factor / largest
-        yield row.channel, (row.unit.label, time, values)
+        values *= row.full_scale / largest
+        yield row.channel, (row.unit, time, values)
 
 
 _END = "***End_of_Header***"

@@ -265,7 +265,7 @@ def evaluate(
     else:
         failed = (evaluate_dakota if is_dakota(designs) else evaluate_table)(node, designs, out)
     if failed:
-        typer.echo(f"deboom: {failed} designs could not be computed, see 'error'", err=True)
+        typer.echo(f"deboom: designs that could not be computed: {failed}", err=True)
         raise typer.Exit(3)
 
 

@@ -131,22 +131,21 @@ class DesignColumns:
         return cls(space, tuple(places), tuple(factors))
 
     def design(self, row: Sequence[str]) -> RealArray:
-        """Return the design of a row, shape (k,) [units of the space].
+        """Return the design of a row, nan where it has no number, (k,) [units of the space]."""
+        numbers = [number_in(row[place]) for place in self.places]
+        return np.array(numbers) * self.factors
 
-        - raises InputError: an entry is no finite number, no whole one where that is needed, or
-          outside its bounds.
-        """
-        design = np.empty(len(self.places))
-        for column, (place, factor) in enumerate(zip(self.places, self.factors, strict=True)):
-            name = self.space.names[column]
-            design[column] = factor * number_in(row[place])
-            if not np.isfinite(design[column]):
-                raise InputError(f"'{name}' is '{row[place]}', no finite number")
-            if self.space.integer[column] and not design[column].is_integer():
-                raise InputError(f"'{name}' is {row[place]}, no whole number")
-            if fault := _outside(self.space, column, float(design[column])):
-                raise InputError(fault)
-        return design
+    def fault(self, row: Sequence[str]) -> str:
+        """Say what is wrong with a row; empty if nothing is."""
+        for column, value in enumerate(self.design(row).tolist()):
+            name, text = self.space.names[column], row[self.places[column]]
+            if not np.isfinite(value):
+                return f"'{name}' is '{text}', no finite number"
+            if self.space.integer[column] and not value.is_integer():
+                return f"'{name}' is {text}, no whole number"
+            if fault := _outside(self.space, column, value):
+                return fault
+        return ""
 
 
 def _factor(header: str, label: str | None, unit: str) -> float:

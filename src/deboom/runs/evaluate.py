@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 
@@ -180,13 +180,13 @@ class _Row:
 
 def _evaluated(node: Node, columns: DesignColumns, name: str, row: Sequence[str]) -> _Row:
     """Evaluate one row of texts."""
-    design = np.full(node.space.n_variables, np.nan)
-    numbers = np.full(len(node.labels), np.nan)
-    try:
-        design = columns.design(row)
-        return _Row(name, design, node.numbers(design), "")
-    except InputError as error:
-        return _Row(name, design, numbers, "; ".join(error.sentences))
+    design, error = columns.design(row), columns.fault(row)
+    if not error:
+        try:
+            return _Row(name, design, node.numbers(design), "")
+        except InputError as refusal:
+            error = "; ".join(refusal.sentences)
+    return _Row(name, design, np.full(len(node.labels), np.nan), error)
 
 
 def _frame(node: Node, rows: Sequence[_Row]) -> pd.DataFrame:
@@ -227,22 +227,29 @@ def evaluate_lines(node: Node, lines: Iterable[str]) -> Iterator[tuple[str, bool
     columns: DesignColumns | None = None
     headers: list[str] = []
     count = 0
-    for cells in csv.reader(lines, skipinitialspace=True):
-        texts = [cell.strip() for cell in cells]
+    for line in lines:
+        texts = _cells(line)
         if columns is None:
             with naming("standard input"):
                 columns, headers = DesignColumns.of(node.space, texts), texts
             yield csv_text(_frame(node, [])), False
             continue
         count += 1
-        name = texts[headers.index(DESIGN)] if DESIGN in headers[: len(texts)] else str(count)
-        if len(texts) == len(headers):
-            row = _evaluated(node, columns, name, texts)
-        else:
-            blank = _evaluated(node, columns, name, [""] * len(headers))
+        filled = texts if len(texts) == len(headers) else [""] * len(headers)
+        name = filled[headers.index(DESIGN)] if DESIGN in headers else ""
+        row = _evaluated(node, columns, name or str(count), filled)
+        if filled is not texts:
             words = f"the line has {len(texts)} cells, and the first one {len(headers)}"
-            row = _Row(name, blank.design, blank.numbers, words)
+            row = replace(row, error=words)
         yield csv_text(_frame(node, [row])).partition("\n")[2], bool(row.error)
+
+
+def _cells(line: str) -> list[str]:
+    """Return the cells of one line of CSV; none of a line that is none."""
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], skipinitialspace=True), [])]
+    except csv.Error:
+        return []
 
 
 def evaluate_dakota(node: Node, parameters: Path, results: Path) -> int:

@@ -13,7 +13,7 @@ from typer.core import TyperCommand, TyperGroup
 import deboom
 from deboom.cli_bench import bench_app
 from deboom.cli_measurements import characterise, library_app, orders
-from deboom.cli_results import check, list_, listen, new, report, serve, show
+from deboom.cli_results import check, evaluate, list_, listen, new, report, serve, show
 from deboom.common import shipped_studies
 
 
@@ -41,7 +41,7 @@ class StudyCommand(TyperCommand):
 
 COMMANDS = {
     "Start": ("new", "check", "look"),
-    "Studies": ("studies", "run"),
+    "Studies": ("studies", "run", "evaluate"),
     "Measurements": ("characterise", "orders", "identify", "unbalance"),
     "Results": ("list", "show", "serve", "report", "compare", "listen", "driven"),
     "Mounts": ("library", "accept"),
@@ -99,6 +99,7 @@ app.add_typer(library_app, name="library")
 app.command()(new)
 app.command()(check)
 add_study("look")
+app.command()(evaluate)
 app.command()(characterise)
 app.command()(orders)
 app.command("list")(list_)

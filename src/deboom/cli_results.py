@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -206,6 +207,66 @@ def serve(
 
     for address in serve_results(results, port=port):
         typer.echo(address)
+
+
+def evaluate(
+    source: Annotated[
+        Path,
+        typer.Argument(metavar="PLATFORM|RUN", help="Folder with platform.toml, or of a run."),
+    ],
+    designs: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="DESIGNS", help="Table of designs, .csv or .xlsx, or Dakota's parameters file."
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="Table of results, .csv or .xlsx, or Dakota's file."),
+    ] = None,
+    stdin: Annotated[
+        bool, typer.Option("--stdin", help="Read lines of CSV, and answer each with one line.")
+    ] = False,
+    verified: Annotated[
+        bool, typer.Option("--verified", help="Add the numbers that verify a front.")
+    ] = False,
+    draws: Annotated[
+        int | None,
+        typer.Option(help="Draws of the scatter of a platform, a power of two; default: 128."),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of these draws; default: 1.")] = None,
+    studies: STUDIES = None,
+) -> None:
+    """Evaluate designs for another program, such as modeFRONTIER, optiSLang, HEEDS or Dakota.
+
+    DESIGNS has a column per variable, as `deboom.write_designs` writes it. Each row of the results
+    has the sums of mean and sigma as a search sees them, level, sigma and loudest line of each
+    vehicle, by how much the design is beyond each limit, and the rise of a booming peak. A row
+    that cannot be computed has the reason in the column error; the exit code is 3 then, after all
+    rows. A run has its own draws, seed, bounds and limits; the numbers are those of its front.csv.
+
+    With --stdin the first line has the headers, and each line is answered at once. --verified adds
+    the columns under the draws of the verification, which no search should see.
+
+    Try: deboom evaluate my_platform designs.csv -o results.csv
+    """
+    from deboom.errors import InputError
+    from deboom.files.dakota import is_dakota
+    from deboom.runs.evaluate import evaluate_dakota, evaluate_lines, evaluate_table, opened_node
+
+    if stdin == (designs is not None) or stdin == (out is not None):
+        raise InputError("give DESIGNS with -o RESULTS, or --stdin alone")
+    node = opened_node(source, draws=draws, seed=seed, verified=verified, studies=studies)
+    failed = 0
+    if designs is None or out is None:
+        for line, is_failed in evaluate_lines(node, sys.stdin):
+            typer.echo(line, nl=False)
+            failed += is_failed
+    else:
+        failed = (evaluate_dakota if is_dakota(designs) else evaluate_table)(node, designs, out)
+    if failed:
+        typer.echo(f"deboom: designs that could not be computed: {failed}", err=True)
+        raise typer.Exit(3)
 
 
 def new(

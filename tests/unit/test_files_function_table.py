@@ -187,6 +187,38 @@ def test_structures_of_another_program_are_named_with_the_export_that_works(tmp_
         read_function_table(path)
 
 
+def function_matrix(folder, **changes):
+    """One function of an accelerometer, as a UFF file holds it."""
+    dof = Dof("A1 x", 1, "+x")
+    function = replace(dof.function(LINES, VALUES[:, 0], 12, "acceleration", "m/s^2"), **changes)
+    path = folder / "a.uff"
+    write_uff(path, [function], binary=True)
+    return FunctionMatrix(path, "", (12,)), [dof]
+
+
+def test_real_functions_that_are_stored_as_complex_are_real(tmp_path):
+    stored = VALUES[:, 0].real + 0j
+    matrix, dofs = function_matrix(tmp_path, values=stored)
+    read = matrix.values(dofs, ordinate="acceleration", unit="m/s^2", is_complex=False)
+    np.testing.assert_array_equal(read[:, 0, 0], stored.real)
+    assert read.dtype == np.float64
+    stored[3] += 1e-9j
+    matrix, dofs = function_matrix(tmp_path, values=stored)
+    with pytest.raises(InputError, match="acceleration 'A1 x' is complex: export it as real"):
+        matrix.values(dofs, ordinate="acceleration", unit="m/s^2", is_complex=False)
+
+
+@pytest.mark.parametrize(("quantity", "code"), [("unknown", 0), ("general", 1)])
+def test_a_function_without_a_quantity_is_told_the_codes(tmp_path, quantity, code):
+    matrix, dofs = function_matrix(tmp_path, ordinate=quantity)
+    sentence = (
+        f"acceleration 'A1 x' (node 1 +x) is not in it: the data type of the ordinate there is "
+        f"{code}, {quantity}; write 12, acceleration"
+    )
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        matrix.values(dofs, ordinate="acceleration", unit="m/s^2")
+
+
 @pytest.mark.parametrize(
     ("data", "sentence"),
     [
@@ -215,6 +247,14 @@ def test_what_is_no_mat_file_is_refused(tmp_path, data, sentence):
         (f"{HEADER}|20,x,2|21,3,1e999", "or)\nline 3, column 'a imag [N]': '1e999'"),
         (HEADER.replace("N", "parsec") + "|20,1,2|21,3,4", "unknown unit 'parsec'"),
         (HEADER.replace(",a", ",b") + "|20,1,2|21,3,4", "no function 'a': add it, with real and"),
+        (
+            "frequency [Hz],a level [dB],a phase [deg]|20,3,4|21,3,4",
+            "there are none; 'a level [dB]', 'a phase [deg]' are neither: export real and",
+        ),
+        (
+            "frequency,a amplitude,a phase,b real,b imag|Hz,N,deg,N,N|20,3,4,1,1|21,3,4,1,1",
+            "there are 'b'; 'a amplitude [N]', 'a phase [deg]' are neither: export real and",
+        ),
     ],
 )
 def test_a_wrong_table_or_function_is_refused(tmp_path, text, sentence):

@@ -225,6 +225,20 @@ def test_a_file_in_mm_is_converted_when_file_and_table_both_say_so(folder):
     np.testing.assert_array_equal(after.force.values, before.force.values)
 
 
+def test_files_in_different_units_are_read_where_the_table_states_none(folder):
+    before = read_platform(folder)
+    without_units_set("g2.uff")(folder)
+    edited("g2.uff", "displacement         m ", "displacement         mm", -1)(folder)
+    with pytest.raises(InputError, match="or leave the table's empty where files differ"):
+        read_platform(folder)
+    text = (folder / "channels.csv").read_text()
+    (folder / "channels.csv").write_text(re.sub(r"(displacement,.*),m\n", r"\1,\n", text))
+    after = read_platform(folder)
+    for case, factor in (("g5", 1.0), ("g2", 1e-3)):
+        expected = factor * before.load_case(case).displacement.values
+        np.testing.assert_allclose(after.load_case(case).displacement.values, expected)
+
+
 # ---- what is refused
 
 NTF, G5 = "ntf/B-1.uff", "g5.uff"

@@ -15,7 +15,7 @@ from broken_files import content, edits, refused
 from deboom.errors import InputError
 from deboom.files.rows import ChannelRow, HammerChannel, MountRow, PlacedImpact
 from deboom.files.tables import read_table, workbook_bytes, write_table
-from deboom.files.units import RANGES, SEVERAL_MEANINGS, UNITS, parse_unit
+from deboom.files.units import RANGES, SEVERAL_MEANINGS, UNITS, Unit, parse_unit
 
 MOUNTS = """\
 mount,piece,x [mm],y [mm],z [m]
@@ -123,13 +123,13 @@ HEADER = "mount,piece,x [m],y [m],z [m]"
 NO_TABLES = [
     ("csv", None, r"mounts\.csv cannot be read \(No such file"),
     ("csv", "", r"mounts\.csv is empty"),
-    ("csv", b"mount,piece,x [m]\xff\n", r"mounts\.csv is not UTF-8"),
+    ("csv", b"mount,piece,x [m\xb3],y [m],z [m]\nTSM,,1,1,1\n", r"'x \[m³\]': unknown unit 'm³'"),
     ("csv", f"{HEADER}\n\n", "has a header and no rows"),
     ("csv", f"{HEADER},w\nTSM,,1,1,1,1\n", "column 'w' is unknown or doubled"),
     ("csv", HEADER.replace(",", "|"), "are mount, piece, x, y, z, separated by commas"),
     *(
         ("csv", f'{HEADER}\nTSM,,"{number}",1,1\n', "line 2, column 'x'.*is no finite number")
-        for number in ("398_0", "１２", "1,5", "0x10", "1e400", "- 1")
+        for number in ("398_0", "１２", "1,500", "0x10", "1e400", "- 1")
     ),
     ("xlsx", b"\xd0\xcf\x11\xe0" + bytes(600), "old .xls workbook or has a password"),
     ("xlsx", "mount,piece", r"is no Excel file .*: save it as \.xlsx once more; if it is text, n"),
@@ -163,7 +163,9 @@ def test_channels_carry_their_unit_and_sign(channels):
 
 
 def test_channel_tables_round_trip(tmp_path):
+    of_files = Unit("", "", 1.0)
     rows = (
+        ChannelRow("Du right x", "force", "Du", "right", "x", 22, "+x", of_files),
         ChannelRow("Du left x", "force", "Du", "left", "x", 21, "-x", parse_unit("kN")),
         ChannelRow("TSM z", "displacement", "TSM", "", "z", 11, "+z", parse_unit("mm")),
     )
@@ -178,7 +180,7 @@ def test_channel_tables_round_trip(tmp_path):
     edits(
         """
 x,21,-x, | x,11,+x, | line 4: displacement at node 11 +x already stands in line 2: correct one
-11,+x,m\\n | 11,+x,\\n | line 2: displacement 'TSM x': a unit is missing
+11,+x,m\\n | 11,+x,V\\n | line 2: displacement 'TSM x': unit 'V' is that of no mechanical quantity
 kN | mm | line 3: force 'TSM x' is in 'mm', which is no unit of it: use N
 Pa/N | Pa | 'Du x' is in 'Pa', which is no unit of it: use Pa/N or a multiple
 force,TSM,,x,11,+x,kN | displacement,TSM,,x,12,+x,m | line 3: displacement 'TSM x' already stands in
@@ -230,18 +232,20 @@ def test_labels_of_several_meanings_are_those_of_the_conventions():
 
 POUND_FORCE = 0.45359237 * 9.80665
 LABELS = {
-    (
-        "m/s^2",
-        1.0,
-    ): "m/s²|m/s2|m/s**2|(m/s^2)|[m/s²]|m/sec^2|m s^-2|m·s⁻²|ms⁻²|ms-2|m/s/s|m / s ^ 2",
+    ("m/s^2", 1.0): "m/s²|m/s2|m/s**2|(m/s^2)|[m/s²]|m/sec^2|m s^-2|m·s⁻²|ms⁻²|ms-2|m/s/s|m / s ^ 2"
+    "|M/SEC2|M/S^2|M/S**2|M/S/S",
     ("m/s^2", 9.80665): "g|gn|g's|g_n",
-    ("m/s^2", 0.0254): "in/s^2|in/sec²|inch/s2|in/s/s",
-    ("m/s^2/N", 1.0): "m/s^2/N|(m/s²)/N|m/(s² N)|m/(N·s²)|m s^-2 N^-1|(1/N)*(m/s²)|m/s²/Newton",
+    ("m/s^2", 1e-3): "mm/s^2|MM/SEC2|MM/S**2",
+    ("m", 1e-3): "mm|MM",
+    ("m/s", 1 / 3.6): "km/h|KM/H",
+    ("m/s^2", 0.0254): "IN/SEC2|in/s^2|in/sec²|inch/s2|in/s/s",
+    ("m/s^2/N", 1.0): "m/s^2/N|(m/s²)/N|m/(s² N)|m/(N·s²)|m s^-2 N^-1|(1/N)*(m/s²)|m/s²/Newton"
+    "|M/SEC2/N",
     ("m/s^2/N", 9.80665): "g/N|gn/N|(g)/(N)",
     ("m/s^2/N", 0.0254 / POUND_FORCE): "in/s^2/lbf|(in/s²)/lbf",
     ("m/s/N", 1.0): "m/s/N|(m/s)/N|m/(s N)",
     ("m/N", 1e-6): "mm/kN|µm/N|um/N",
-    ("Pa/N", 1.0): "Pa/N|Pa / N|Pascal/Newton",
+    ("Pa/N", 1.0): "PA/N|Pa/N|Pa / N|Pascal/Newton",
     ("Pa/m/s^2", 1.0): "Pa/(m/s^2)|Pa/m/s²",
     ("rad/s^2/N m", 1.0): "rad/s^2/(N m)|rad/s²/Nm|(rad/s^2)/(N·m)",
     ("rad/s", np.pi / 180): "deg/s|°/s",
@@ -249,7 +253,7 @@ LABELS = {
     ("N", POUND_FORCE): "lbf|LBF",
     ("N", 1.0): "N|Newton|Newtons|newtons",
     ("N", 9.80665): "kgf|kp",
-    ("N m", 1.0): "Nm|N·m|N*m|N-m|N.m|N m",
+    ("N m", 1.0): "N-M|N*M|Nm|N·m|N*m|N-m|N.m|N m",
     ("N m", 12 * 0.0254 * POUND_FORCE): "ft-lbf|lbf·ft|ft lb|lb-ft",
     ("N m/rad", 180 / np.pi): "Nm/deg|N·m/°",
     ("N/m", POUND_FORCE / 0.0254): "lbf/in|lbf/inch",
@@ -261,6 +265,8 @@ LABELS = {
     ("Pa", POUND_FORCE / 0.0254**2): "psi",
     ("Hz", 1.0): "Hz|hz|HZ",
     ("dB(A)", 1.0): "dB(A)|dBA",
+    ("N s/m", 1.0): "Ns/m|N s/m|N·s/m|N*s/m|NS/M",
+    ("N s/m", 1e3): "Ns/mm|N·s/mm",
     ("1", 1.0): "1|-",
 }
 
@@ -295,7 +301,7 @@ def test_ranges_are_those_of_the_conventions():
         np.testing.assert_allclose(values, np.array(limits, float), rtol=1e-12)
 
 
-@pytest.mark.parametrize("label", ["furlong", "Pa/furlong", "M", "n", "  "])
+@pytest.mark.parametrize("label", ["furlong", "Pa/furlong", "M", "MPA", "MN", "GN", "T", "n", "  "])
 def test_an_unknown_or_missing_label_is_refused_by_name(label):
     with pytest.raises(InputError, match=f"unknown unit '{label}'|a unit is missing"):
         parse_unit(label)
@@ -406,6 +412,39 @@ def test_an_item_whose_name_begins_like_a_remark_is_kept(tmp_path):
     path = tmp_path / "mounts.csv"
     path.write_text(f"{HEADER}\n# 1,,1,2,3\n# by tape, in May, twice, at 20 deg, by Li, Wu\n")
     assert [row.mount for row in read_table(path, MountRow)] == ["# 1"]
+
+
+UNITS_BELOW = [
+    "mount,piece,x,y,z\n,,[mm],[mm],[mm]\nTSM,,1500,125,12\n",
+    "mount,piece,x [mm],y,z\n,-,mm,in,m\nTSM,,1500,4.921259842519685,0.012\n",
+    'mount,piece,x [m],y [m],z [m]\nTSM,,"1,500","0,125","0,012"\n',
+    "mount\tpiece\tx [m]\ty [m]\tz [m]\nTSM\t\t1,5\t0,125\t0,012\n",
+    "mount;piece;x [µm];y [m];z [m]\nTSM;;1500000;0,125;0,012\n".encode("cp1252"),
+    "mount\tpiece\tx [µm]\ty [m]\tz [m]\nTSM\t\t1500000\t0,125\t0,012\n".encode("utf-16"),
+]
+
+
+@pytest.mark.parametrize("text", UNITS_BELOW)
+def test_tables_of_spreadsheets_and_of_windows_are_read(tmp_path, text):
+    path = tmp_path / "mounts.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    (row,) = read_table(path, MountRow)
+    assert (row.mount, row.position) == ("TSM", pytest.approx((1.5, 0.125, 0.012)))
+
+
+@pytest.mark.parametrize(
+    ("rows", "sentence"),
+    [
+        ("x [mm],y [mm],z [mm]\n,,m,mm,mm\n", "'x [mm]': the row below it says 'm': state one"),
+        ("x [m],y [m],z [m]\nTSM,,1,5,0,125,0,012\n", "line 2 has 8 cells and the header 5; deci"),
+        ("x,y,z\n,,mm,mm,V\nTSM,,1,1,1\n", "column 'z [V]': unit 'V' is that of no mechanical"),
+    ],
+)
+def test_units_that_differ_and_commas_of_two_kinds_are_named(tmp_path, rows, sentence):
+    path = tmp_path / "mounts.csv"
+    path.write_text(f"mount,piece,{rows}")
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        read_table(path, MountRow)
 
 
 def test_a_decimal_comma_of_one_cell_tells_that_of_the_others(tmp_path):

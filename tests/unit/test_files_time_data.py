@@ -6,6 +6,7 @@ import shutil
 import struct
 import sys
 import time
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -27,6 +28,7 @@ from deboom.files.campaign import read_campaign, read_time_run
 from deboom.files.function_table import read_function_table
 from deboom.files.rows import CampaignChannel
 from deboom.files.time_data import read_time_signals, time_functions
+from deboom.files.uff import write_uff
 from deboom.files.units import Unit
 
 RATE = 2048.0
@@ -586,7 +588,7 @@ REFUSED = {
     "csv without time": (changed("csv", "time [s]", "t [s]"), "have a column 'time [s]', or a c"),
     "csv without unit of time": (changed("csv", "time [s]", "time"), "column 'time' has no unit"),
     "csv time in Hz": (changed("csv", "time [s]", "time [Hz]"), "is not in s or a multiple"),
-    "csv no number": (changed("csv", "0.0,0.0,0.3", "0.0,,0.3"), "line 2, column 'A1 x [g]': ''"),
+    "csv no number": (changed("csv", "0.0,0.0,0.3", "0.0,x,0.3"), "line 2, column 'A1 x [g]': 'x'"),
     "csv name twice": (
         changed("csv", "TSM z [kN]", "A1 x [m/s^2]"),
         "two columns are named 'A1 x'",
@@ -702,6 +704,7 @@ def test_time_data_of_a_measuring_system_go_through_orders(written, tmp_path):
     (folder / "campaign.toml").write_text(text.replace(f'file = "{uff}"', f'file = "{name}"'))
     table = folder / "channels.csv"
     rows = table.read_text()
+    rows = re.sub("(,tacho,.*),1\n", r"\1,V\n", rows)
     table.write_text(re.sub(r"(,acceleration,.*),m/s\^2", r"\1,g", rows))
     orders(folder, "other")
     table.write_text(rows)
@@ -728,7 +731,10 @@ def test_time_data_of_a_measuring_system_go_through_orders(written, tmp_path):
             lambda signals, _: signals.update({"engine torque": ("furlong", signals["tacho"][1])}),
             "'engine torque': unknown unit 'furlong'",
         ),
-        (lambda signals, _: signals["tacho"][1].__setitem__(7, np.nan), "the value of line 8 is n"),
+        (
+            lambda signals, _: signals["tacho"][1].__setitem__(7, np.nan),
+            "no value between 2.00",
+        ),
     ],
 )
 def test_channels_that_do_not_fit_the_table_are_named(tmp_path, change, sentence):
@@ -751,6 +757,31 @@ ROWS = [
     CampaignChannel("tacho", "tacho", 1, "scalar", Unit("1", "1", 1.0)),
     CampaignChannel("engine torque", "engine torque", 2, "scalar", Unit("N m", "N m", 1.0)),
 ]
+
+
+@pytest.mark.parametrize("kind", ["wav", "uff"])
+def test_a_tacho_may_be_in_volts(tmp_path, kind):
+    time, torque, path = np.arange(64) / 2000.0, 40.0 + TIME, tmp_path / f"run.{kind}"
+    pulses = np.where(np.arange(64) % 8 < 2, 4.0, 0.0)
+    rows = ROWS
+    if kind == "wav":
+        wav(path, {"tacho": ("V", pulses), "engine torque": ("N m", torque)}, time)
+    else:
+        rows = [ROWS[0], replace(ROWS[1], direction="+ry")]
+        functions = [row.dof.function(time, pulses, 1, "general", "V") for row in rows[:1]]
+        functions += [row.dof.function(time, torque, 1, "force", "N m") for row in rows[1:]]
+        write_uff(path, functions, binary=True)
+    tacho, other = time_functions(path, rows).functions
+    assert (tacho.unit, other.unit) == ("1", "N m")
+    np.testing.assert_allclose(tacho.values, pulses, atol=1e-6)
+    np.testing.assert_allclose(other.values, torque, rtol=1e-6)
+
+
+def test_other_channels_may_not_be_in_volts(tmp_path):
+    wav(tmp_path / "run.wav", {"tacho": ("V", TIME), "engine torque": ("V", TIME)}, TIME)
+    sentence = "channel 'engine torque': unit 'V' is that of no mechanical quantity"
+    with pytest.raises(InputError, match=sentence):
+        time_functions(tmp_path / "run.wav", ROWS)
 
 
 def torque_at(time):
@@ -780,6 +811,54 @@ def test_a_slow_channel_is_resampled_within_its_band(tmp_path, start):
     )
     # a hundredth of a second is one sample of the slow channel, and no cut worth a word
     assert len(read.notes) == (2 if start else 1)
+
+
+def test_messages_of_a_bus_are_interpolated_at_their_instants(tmp_path):
+    """Instants 20 % of a step off, as on CAN: samples of a fast channel must be even."""
+    slow = (np.arange(200) + np.random.default_rng(1).uniform(-0.2, 0.2, 200)) / 100.0
+    torque = 50 + 20 * slow + 8 * np.sin(2 * np.pi * 5 * slow)
+    fast = np.arange(8192) / 4096.0
+    path = tmp_path / "run.mf4"
+
+    def write(kept):
+        with asammdf.MDF(version="4.10") as file:
+            file.append(asammdf.Signal(np.sign(np.sin(99.0 * fast)), fast, unit="V", name="tacho"))
+            signal = asammdf.Signal(torque[kept], slow[kept], unit="N m", name="engine torque")
+            file.append(signal)
+            file.save(path, overwrite=True)
+
+    write(np.arange(200))
+    read = time_functions(path, ROWS)
+    time, values = read.functions[1].abscissa, read.functions[1].values
+    exact = 50 + 20 * time + 8 * np.sin(2 * np.pi * 5 * time)
+    np.testing.assert_allclose(values[50:-50], exact[50:-50], atol=0.03)
+    assert "100.058 Hz to 4096 Hz, between instants up to 30% of a step off" in read.notes[0]
+    write(np.delete(np.arange(200), 77))
+    with pytest.raises(InputError, match=r"engine torque\) has no value between 0.76"):
+        time_functions(path, ROWS)
+
+
+@pytest.mark.parametrize("kind", ["empty cells", "NaN", "NaN of MATLAB", "two rasters"])
+def test_holes_of_a_slower_channel_are_no_gaps(tmp_path, kind):
+    fast, slow = np.arange(400) / 400.0, np.arange(100) / 100.0
+    if kind == "two rasters":  # of 400 and 90 Hz, as an outer join writes them
+        slow = np.arange(90) / 90.0
+    time = np.union1d(fast, slow)
+    tacho, torque = (np.where(np.isin(time, each), time, np.nan) for each in (fast, slow))
+    path = tmp_path / "run.csv"
+    if kind == "NaN of MATLAB":
+        path = path.with_suffix(".mat")
+        matlab(path, {"tacho": ("V", tacho), "engine torque": ("N m", torque)}, time)
+    else:
+        empty = "NaN" if kind == "NaN" else ""
+        table = pd.DataFrame({"time": time, "tacho": tacho, "engine torque": torque})
+        text = table.to_csv(index=False, na_rep=empty)
+        path.write_text(text.replace("\n", "\ns,V,N m\n", 1))  # units stand below the names
+    read = time_functions(path, ROWS)
+    shared = read.functions[0].abscissa
+    np.testing.assert_allclose(shared, fast[fast <= slow[-1]], atol=1e-12)
+    np.testing.assert_allclose(read.functions[1].values, shared, atol=1e-9)
+    assert read.rates == pytest.approx((400.0, slow.size))
 
 
 def test_a_long_slow_channel_is_resampled_as_in_one_piece(tmp_path, monkeypatch):

@@ -366,12 +366,83 @@ def test_two_different_164_are_refused(newtons):
 # ---- layouts that other programs write
 
 
-def padded_row():
-    """Five complex values in rows of three, the last row filled up with zeros."""
+def padded_row(last):
+    """Five complex values in rows of three, the last row filled up."""
     values = np.array([1 + 2j, 3 - 4j, -5 + 6j, 7j, 8.5])
-    numbers = [part for value in [*values, 0j] for part in (value.real, value.imag)]
+    numbers = [part for value in [*values, last] for part in (value.real, value.imag)]
     rows = ["".join(f"{number:13.5e}" for number in numbers[k : k + 6]) for k in (0, 6)]
     return values, rows
+
+
+@pytest.mark.parametrize("last", [0j, 8.5 + 0j])
+def test_a_last_row_filled_up_holds_the_announced_values(tmp_path, last):
+    """Programs fill it up with zeros, or repeat its last value."""
+    path = tmp_path / "a.uff"
+    values, rows = padded_row(last)
+    write_uff(path, [spectrum()])
+    rewritten(path, rows=rows, n_points=5)
+    (read,) = read_uff(path)
+    np.testing.assert_allclose(read.values, values)
+    np.testing.assert_allclose(read.abscissa, LINES[:5])
+
+
+def test_a_last_row_filled_up_with_other_values_is_refused(tmp_path):
+    path = tmp_path / "a.uff"
+    write_uff(path, [spectrum()])
+    rewritten(path, rows=padded_row(8.4 + 0j)[1], n_points=5)
+    with pytest.raises(InputError, match="5 values are announced and 6 are there"):
+        read_uff(path)
+
+
+def with_names(path, name="", node=11, reference="", reference_node=0):
+    """Exchange the record of names and nodes by one whose names are as long as they are."""
+    lines = path.read_text().split("\n")
+    place = next(k for k, line in enumerate(lines) if line.endswith("0   0"))
+    lines[place] = f"{4:5}{0:10}{1:5}{0:10} {name:10}{node:10}{1:4} {reference:10}"
+    lines[place] += f"{reference_node:10}{1 if reference_node else 0:4}"
+    path.write_text("\n".join(lines))
+
+
+@pytest.mark.parametrize(
+    ("record", "told"),
+    [
+        ({"name": "engine mou"}, ""),
+        ({"node": 1234567890, "name": "engine mou"}, ""),
+        ({"name": "engine moun"}, "response"),
+        ({"name": "channel0001"}, "response"),
+        ({"name": "channel0001", "node": 7}, "response"),
+        ({"name": "engine mount 1", "node": 7}, "response"),
+        ({"reference": "channel0001", "reference_node": 7}, "reference"),
+        ({"reference": "channel0001"}, "reference"),
+    ],
+)
+def test_a_name_that_moves_node_and_direction_is_refused(tmp_path, record, told):
+    path = tmp_path / "a.uff"
+    write_uff(path, [spectrum()])
+    with_names(path, **record)
+    if not told:
+        (read,) = read_uff(path)
+        assert (read.response_name, read.response_node) == ("engine mou", record.get("node", 11))
+        return
+    sentence = f"a.uff: set 2: node and direction of its {told} do not stand in their columns beh"
+    with pytest.raises(InputError, match=sentence):
+        read_uff(path)
+
+
+@pytest.mark.parametrize("code", ["cp1252", "utf-8"])
+@pytest.mark.parametrize("binary", [False, True])
+def test_texts_of_windows_are_read(tmp_path, code, binary):
+    path = tmp_path / "a.uff"
+    function = spectrum(ordinate="acceleration", ordinate_unit="m/s^2")
+    write_uff(path, [function], binary=binary)
+    without_units(path)
+    edit(path, b"m/s^2 ", "mm/s² ".encode(code))
+    edit(path, b"bench 1", "Prüfst. 1".encode(code))
+    edit(path, b"   EnM", "Träger".encode(code))
+    (read,) = read_uff(path)
+    np.testing.assert_allclose(read.values, 1e-3 * function.values, rtol=1e-11)
+    assert (read.ordinate_unit, read.file_unit) == ("m/s^2", "mm/s²")
+    assert (read.id_lines[1], read.response_name) == ("Prüfst. 1", "Träger")
 
 
 def rewritten(path, *, rows, n_points):
@@ -381,16 +452,6 @@ def rewritten(path, *, rows, n_points):
     spacing = "         1" + lines[begin][30:]
     lines[begin] = f"{5:10d}{n_points:10d}{spacing}"
     path.write_text("\n".join([*lines[: begin + 5], *rows, "    -1", ""]))
-
-
-def test_a_last_row_filled_up_with_zeros_holds_the_announced_values(tmp_path):
-    path = tmp_path / "a.uff"
-    values, rows = padded_row()
-    write_uff(path, [spectrum()])
-    rewritten(path, rows=rows, n_points=5)
-    (read,) = read_uff(path)
-    np.testing.assert_allclose(read.values, values)
-    np.testing.assert_allclose(read.abscissa, LINES[:5])
 
 
 @pytest.mark.parametrize("values", [np.exp(1j * LINES), np.sin(LINES)])
@@ -419,7 +480,7 @@ def test_rows_as_fortran_writes_them_are_read(tmp_path, values, exponent, width)
 def test_more_than_a_row_of_zeros_is_refused(tmp_path, n_points, n_written):
     path = tmp_path / "a.uff"
     write_uff(path, [spectrum()])
-    rewritten(path, rows=padded_row()[1], n_points=n_points)
+    rewritten(path, rows=padded_row(0j)[1], n_points=n_points)
     with pytest.raises(
         InputError, match=f"{n_points} values are announced and {n_written} are there"
     ):

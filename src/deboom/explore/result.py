@@ -131,6 +131,12 @@ IN_SEARCH = " in search ["
 """Between the name of an objective and its unit, in a column of what its search saw."""
 
 
+def label_in_search(label: str) -> str:
+    """Return the column of what a search saw of an objective, from that of its verified number."""
+    name, _, unit = label.rpartition(" [")
+    return f"{name}{IN_SEARCH}{unit}"
+
+
 @dataclass(frozen=True)
 class FrontColumns:
     """Names of the columns of a front's table; levels in dB(A) scatter in dB.
@@ -384,11 +390,9 @@ class Front(Tabled):
         if self.robust.objectives == (MEAN_SUM, SIGMA_SUM):
             return {}
         columns = {}
-        pairs = zip(self.robust.objectives, self.robust.objective_labels, strict=True)
-        for column, (objective, label) in enumerate(pairs):
-            unit = self.robust.unit_of(objective)
+        for column, label in enumerate(self.robust.objective_labels):
             columns[label] = self.values.objectives[:, column]
-            columns[f"{objective.name}{IN_SEARCH}{unit}]"] = self.searched.objectives[:, column]
+            columns[label_in_search(label)] = self.searched.objectives[:, column]
         return columns
 
     def designs(self) -> pd.DataFrame:

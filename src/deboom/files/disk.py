@@ -113,6 +113,7 @@ _KINDS = (
     (b"<?xml", "an XML file"),
 )
 """First bytes of a file → what it is."""
+_UTF_16 = b"\xff\xfe", b"\xfe\xff"
 
 
 def kind_of(path: Path) -> str:
@@ -128,8 +129,31 @@ def kind_of(path: Path) -> str:
     for first, kind in _KINDS:
         if start.startswith(first):
             return kind
-    line = start.partition(b"\n")[0].strip()[:40].decode("utf-8", errors="replace")
+    code = "utf-16" if data.startswith(_UTF_16) else "utf-8"
+    line = " ".join(start.decode(code, errors="replace").partition("\n")[0].split())[:40]
     return f"text that begins with '{line}'" if line.isprintable() else "of an unknown binary kind"
+
+
+def text_of(path: Path, largest: int = LARGEST_TEXT) -> str:
+    """Return the text of a regular file of another program, see `read_bytes`.
+
+    It is UTF-8, UTF-16 with its mark, or else Windows' code page 1252, as measuring programs write.
+    A name or unit of another code page becomes one that is not known, and is refused as such.
+
+    - raises InputError: as `read_bytes`.
+    """
+    data = read_bytes(path, largest)
+    if data.startswith(_UTF_16):
+        return data.decode("utf-16", errors="replace")
+    return decoded(data)
+
+
+def decoded(data: bytes) -> str:
+    """Return a text that is UTF-8, or else in Windows' code page 1252."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("cp1252", errors="replace")
 
 
 def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:

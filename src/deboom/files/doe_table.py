@@ -6,6 +6,7 @@ A table has a column per design variable with its unit in the header, such as ``
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from deboom.explore.doe import (
 )
 from deboom.explore.space import DesignSpace
 from deboom.files.disk import read_json, replace_bytes
-from deboom.files.schema import doubled, refuse_all
+from deboom.files.schema import doubled, noting, refuse_all, telling
 from deboom.files.tables import (
     Columns,
     name_and_unit,
@@ -77,17 +78,84 @@ def read_plan(path: Path, space: DesignSpace) -> RealArray:
     rows = read_rows(path, [name for name in units if name not in si_units], si_units)
     designs = np.empty((len(rows), space.n_variables))
     for column, (name, unit) in enumerate(units.items()):
-        lower, upper = float(space.lower[column]), float(space.upper[column])
-        slack = SAME * (upper - lower)
         for place, row in enumerate(rows):
             value = row.number(name) / unit.factor
-            if not lower - slack <= value <= upper + slack:
-                raise row.error(
-                    f"'{name}' is {value:g}, outside its bounds {lower:g} to {upper:g} "
-                    f"[{unit.label}]: correct it or widen the bounds"
-                )
+            if fault := _outside(space, column, value):
+                raise row.error(fault)
             designs[place, column] = value
     return designs
+
+
+def _outside(space: DesignSpace, column: int, value: float) -> str:
+    """Say that a value is outside the bounds of its variable; empty if it is not."""
+    lower, upper = float(space.lower[column]), float(space.upper[column])
+    slack = SAME * (upper - lower)
+    if lower - slack <= value <= upper + slack:
+        return ""
+    return (
+        f"'{space.names[column]}' is {value:g}, outside its bounds {lower:g} to {upper:g} "
+        f"[{space.units[column]}]: correct it or widen the bounds"
+    )
+
+
+@dataclass(frozen=True)
+class DesignColumns:
+    """Where the variables of a space stand in rows of texts, which are read one by one.
+
+    - `space`: its variables.
+    - `places` (k,): column of each.
+    - `factors` (k,): value in the unit of the space per value in that of the column.
+    """
+
+    space: DesignSpace
+    places: tuple[int, ...]
+    factors: tuple[float, ...]
+
+    @classmethod
+    def of(cls, space: DesignSpace, headers: Sequence[str]) -> DesignColumns:
+        """Return the columns of headers ``name [unit]``; others may stand beside them.
+
+        - raises InputError: a variable has no column, or two; its unit is missing or another one's.
+        """
+        pairs = [name_and_unit(header) for header in headers]
+        names = [name for name, _ in pairs]
+        places, factors = [], []
+        with telling() as tell:
+            for name, label, unit in zip(space.names, space.labels, space.units, strict=True):
+                with noting(tell):
+                    if names.count(name) != 1:
+                        state = "comes twice" if name in names else "is missing"
+                        raise InputError(f"column '{label}' {state}: every variable needs one")
+                    places.append(names.index(name))
+                    factors.append(_factor(headers[places[-1]], pairs[places[-1]][1], unit))
+        return cls(space, tuple(places), tuple(factors))
+
+    def design(self, row: Sequence[str]) -> RealArray:
+        """Return the design of a row, nan where it has no number, (k,) [units of the space]."""
+        numbers = [number_in(row[place]) for place in self.places]
+        return np.array(numbers) * self.factors
+
+    def fault(self, row: Sequence[str]) -> str:
+        """Say what is wrong with a row; empty if nothing is."""
+        for column, value in enumerate(self.design(row).tolist()):
+            name, text = self.space.names[column], row[self.places[column]]
+            if not np.isfinite(value):
+                return f"'{name}' is '{text}', no finite number"
+            if self.space.integer[column] and not value.is_integer():
+                return f"'{name}' is {text}, no whole number"
+            if fault := _outside(self.space, column, value):
+                return fault
+        return ""
+
+
+def _factor(header: str, label: str | None, unit: str) -> float:
+    """Return the factor from the unit of a column to another one, 1 where both are the same."""
+    if (label or "1") == unit:
+        return 1.0
+    column, wanted = _unit(label or "1"), _unit(unit)
+    if not column.si or column.si != wanted.si:
+        raise InputError(f"column '{header}' is not in {unit}: state its unit, [{unit}]")
+    return column.factor / wanted.factor
 
 
 def _unit(label: str) -> Unit:
@@ -276,6 +344,16 @@ def write_designs(
     table = pd.DataFrame({"design": np.arange(1, len(rows) + 1)})
     table[list(space.labels)] = rows
     table[list(responses)] = np.nan
+    write_design_table(path, table)
+    return table
+
+
+def write_design_table(path: Path, table: pd.DataFrame) -> None:
+    """Write a table with a row per design.
+
+    - `path`: ``.csv`` or ``.xlsx``.
+    - raises InputError: another ending; a file that cannot be written.
+    """
     match path.suffix.lower():
         case ".csv":
             write_frame(path, table)
@@ -283,7 +361,6 @@ def write_designs(
             replace_bytes(path, workbook_bytes({"designs": table}, path.stem))
         case _:
             raise InputError(f"{path}: designs are written as .csv or .xlsx")
-    return table
 
 
 def experiment_of(

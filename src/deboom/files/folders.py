@@ -257,7 +257,8 @@ _CHANNEL_HELP = (
     ("node", "UFF: response node; of a noise transfer function, reference node. In a table "
      "(CSV, xlsx, mat) any number that no other row of the quantity has."),
     ("direction", "UFF direction of the channel, such as +x. -x turns the sign; in a table, too."),
-    ("unit", "Unit in the file: m, mm or um; N or kN; Pa/N or Pa/kN. It must agree with the file."),
+    ("unit", "Unit in the file: m, mm or um; N or kN; Pa/N or Pa/kN. It must agree with the file; "
+     "empty, each file's own counts."),
 )  # fmt: skip
 
 

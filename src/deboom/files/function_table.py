@@ -26,7 +26,7 @@ from deboom.files.reader_process import read_apart
 from deboom.files.schema import noting, telling
 from deboom.files.sdynpy_npz import read_sdynpy
 from deboom.files.tables import Columns, name_and_unit, number_in, read_columns
-from deboom.files.uff import UffFunction, read_uff
+from deboom.files.uff import QUANTITY_CODE, UffFunction, read_uff
 from deboom.files.units import RANGES, Unit, parse_unit, refuse_beyond
 from deboom.measurement.channels import ADDED_DECAY, Frf, Spectrum
 from deboom.physics.order_tracking import frequency_of_order
@@ -134,6 +134,11 @@ def _differing(a: RealArray, b: RealArray) -> npt.NDArray[np.intp]:
         for part in blocks(a.size)
     ]
     return np.concatenate(different) if different else np.zeros(0, dtype=np.intp)
+
+
+def real_where_it_is(values: RealOrComplexArray) -> RealOrComplexArray:
+    """Return real values where imaginary parts are 0: programs may store all as complex."""
+    return values.real if np.iscomplexobj(values) and not np.any(values.imag) else values
 
 
 def starts_at_0_hz(lines: RealArray, whose: object) -> bool:
@@ -292,6 +297,7 @@ class FunctionMatrix:
                 f"{what} has UFF function type {function.function_type}: export it as {kinds}"
             )
         values = function.values
+        values = values if is_complex else real_where_it_is(values)
         if np.iscomplexobj(values) != is_complex:
             remedy = (
                 "real: export real and imaginary part, phase is needed"
@@ -376,6 +382,18 @@ class FunctionMatrix:
             dof += f", reference node {reference.node} {reference.direction}"
         if matches:
             raise self.error(f"{what} ({dof}) is in it {len(matches)} times: keep one")
+        for other in here:
+            if (
+                ordinate in QUANTITY_CODE
+                and other.ordinate in ("unknown", "general")
+                and other.response_direction in response.directions
+                and (not reference.name or other.reference_node == reference.node)
+            ):
+                stated = f"{QUANTITY_CODE[other.ordinate]}, {other.ordinate}"
+                raise self.error(
+                    f"{what} ({dof}) is not in it: the data type of the ordinate there is "
+                    f"{stated}; write {QUANTITY_CODE[ordinate]}, {ordinate}"
+                )
         near = [candidate for candidate in here if candidate.reference_node == reference.node]
         others = list(dict.fromkeys(candidate.dof for candidate in near or here or self.functions))
         more = f" and {len(others) - 3} more" if len(others) > 3 else ""
@@ -397,7 +415,8 @@ class FunctionMatrix:
             if not math.isclose(stated.factor, table.factor, rel_tol=1e-9):
                 raise self.error(
                     f"{what} is in '{function.file_unit}', but the channel table says "
-                    f"'{table.label}': correct the wrong one"
+                    f"'{table.label}': correct the wrong one, or leave the table's empty where "
+                    "files differ"
                 )
 
     @cached_property
@@ -471,11 +490,13 @@ class FunctionTable:
     - `functions`: name to what reads unit label and complex values (n,) [that unit].
     - `added_decay_rate`: of an exponential window, from the column `ADDED_DECAY`; 0 without one
       [1/s].
+    - `others`: columns that are part of no function, such as a magnitude.
     """
 
     frequency: RealArray
     functions: Mapping[str, Callable[[], tuple[str, ComplexArray]]]
     added_decay_rate: float = 0.0
+    others: tuple[str, ...] = ()
 
     def spectrum(self, name: str) -> tuple[Unit, ComplexArray]:
         """Return unit and values of a function, in SI.
@@ -483,12 +504,17 @@ class FunctionTable:
         - raises InputError: it is not there, or at fault.
         """
         if name not in self.functions:
-            names = ", ".join(map(repr, list(self.functions)[:3])) or "none"
-            more = f" and {len(self.functions) - 3} more" if len(self.functions) > 3 else ""
-            raise InputError(
+            sentence = (
                 f"the file has no function '{name}': add it, with real and imaginary part; there "
-                f"are {names}{more}"
+                f"are {_first_three(tuple(self.functions))}"
             )
+            of_it = [each for each in self.others if each.startswith(name)]
+            if others := of_it or ([] if self.functions else self.others):
+                sentence += (
+                    f"; {_first_three(others)} are neither: export real and imaginary part instead "
+                    f"of magnitude or level and phase, as '{name} real [N]' and '{name} imag [N]'"
+                )
+            raise InputError(sentence)
         label, values = self.functions[name]()
         unit = parse_unit(label)
         bad = np.flatnonzero(~np.isfinite(values))
@@ -498,6 +524,11 @@ class FunctionTable:
                 "deboom does not fill gaps"
             )
         return unit, values * unit.factor
+
+
+def _first_three(names: Sequence[str]) -> str:
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return (", ".join(map(repr, names[:3])) or "none") + more
 
 
 def _refuse_op2(path: Path) -> NoReturn:
@@ -597,15 +628,17 @@ def _from_columns(path: Path) -> FunctionTable:
         raise InputError(f"{path}: there is no column 'frequency [Hz]': add it{separated}")
     with naming(path):
         (frequency,) = columns.numbers(header)
-    split = (name.rpartition(" ") for name in by_name)
-    stems = dict.fromkeys(stem for stem, _, part in split if part in _PARTS)
+    parts = [name for name in by_name if name.rpartition(" ")[2] in _PARTS]
+    stems = dict.fromkeys(name.rpartition(" ")[0] for name in parts)
     read = {stem: partial(_complex, stem, by_name, columns) for stem in stems}
+    of_none = by_name.keys() - {*parts, _FREQUENCY, name_and_unit(ADDED_DECAY)[0]}
     rate = 0.0
     if ADDED_DECAY in columns.texts:
         with naming(path):
             (rates,) = columns.numbers(ADDED_DECAY)
         rate = _constant(path, rates)
-    return FunctionTable(frequency, read, rate)
+    others = tuple(header for name, header in by_name.items() if name in of_none)
+    return FunctionTable(frequency, read, rate, others)
 
 
 def _complex(stem: str, by_name: Mapping[str, str], columns: Columns) -> tuple[str, ComplexArray]:

@@ -10,7 +10,6 @@ from deboom.errors import InputError, naming
 from deboom.files.disk import read_json, replace_bytes, replace_text
 from deboom.files.tables import workbook_bytes
 from deboom.mounts.characterised_mount import CampaignRecord, CharacterisedMount
-from deboom.mounts.library import open_library
 from deboom.mounts.library_tables import export_tables, from_document, to_document
 
 SHEET_ROWS = 1_048_576
@@ -68,5 +67,7 @@ def library_parts(path: Path) -> Sequence[CharacterisedMount]:
     """Return all parts of a library: of its file, or of its export as JSON."""
     if path.suffix.lower() == ".json":
         return read_library_json(path)[1]
+    from deboom.mounts.library import open_library  # sqlalchemy takes long to import
+
     with open_library(path) as library:
         return [library.load(identity) for identity in library.identities()]

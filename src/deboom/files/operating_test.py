@@ -12,7 +12,13 @@ from scipy.spatial.transform import Rotation
 
 from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.errors import InputError, naming
-from deboom.files.function_table import TIME_SIGNAL, Dof, FunctionMatrix, with_their_tables
+from deboom.files.function_table import (
+    TIME_SIGNAL,
+    Dof,
+    FunctionMatrix,
+    real_where_it_is,
+    with_their_tables,
+)
 from deboom.files.inertance_test import (
     SAME_PLACE,
     read_inertance_test,
@@ -81,9 +87,10 @@ def _tacho(file: FunctionMatrix, node: int, ordinate: str) -> RealArray:
         )
     if len(matches) > 1:
         raise file.error(f"the tacho (node {node}) is in it {len(matches)} times: keep one")
-    if np.iscomplexobj(matches[0].values):
+    values = real_where_it_is(matches[0].values)
+    if np.iscomplexobj(values):
         raise file.error(f"the tacho (node {node}) is complex: correct tacho_node")
-    return matches[0].values.astype(np.float64)
+    return values.astype(np.float64)
 
 
 @dataclass(frozen=True)

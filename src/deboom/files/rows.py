@@ -20,13 +20,14 @@ from deboom.files.tables import (
     Numbers,
     Optional,
     TableRow,
+    UnitOfFiles,
     ZeroWithoutColumns,
     read_rows,
     write_frame,
     write_sheets,
 )
 from deboom.files.uff import DIRECTIONS
-from deboom.files.units import Unit, refuse_beyond
+from deboom.files.units import Unit, parse_unit, refuse_beyond
 from deboom.measurement.sensors import Impact, Sensor, SensorKind
 from deboom.names import is_inside
 from deboom.physics.rigid_body import ROTATION_ORDERS, rotation_matrix
@@ -332,7 +333,7 @@ class _Channel(TableRow):
     quantity: str
     node: int
     direction: str
-    unit: Unit
+    unit: Annotated[Unit, UnitOfFiles]
 
     @property
     def along(self) -> str:
@@ -353,7 +354,7 @@ class _Channel(TableRow):
             self.direction,
             sign=self.sign,
             quantity=self.quantity,
-            unit=self.unit,
+            unit=self.unit if self.unit.si else None,
         )
 
     def _check_dof(self, si: Mapping[str, str], axis: str) -> None:
@@ -371,7 +372,11 @@ class _Channel(TableRow):
                 f"{self.quantity} '{self.channel}' has direction '{self.direction}', which is not "
                 f"along '{axis}': two axes may be swapped; correct the name or the direction"
             )
-        if self.unit.si != si[self.quantity]:
+        if not self.unit.si:  # the files' own counts; of a tacho only pulses do
+            if self.unit.label and self.quantity != "tacho":
+                with naming(f"{self.quantity} '{self.channel}'"):
+                    parse_unit(self.unit.label)
+        elif self.unit.si != si[self.quantity]:
             raise InputError(
                 f"{self.quantity} '{self.channel}' is in '{self.unit.label}', which is no unit of "
                 f"it: use {si[self.quantity]} or a multiple"
@@ -387,7 +392,7 @@ class CampaignChannel(_Channel):
     - `quantity`: key of `CAMPAIGN_QUANTITIES`.
     - `node`: response node.
     - `direction`: direction along the sensor's axis, such as ``+x``; a negative one turns the sign.
-    - `unit`: unit as the table states it.
+    - `unit`: unit as the table states it; without label and SI unit, each file's own counts.
     """
 
     unique = ("{0.quantity} '{0.channel}'", "{0.ordinate} at node {0.node} along {0.along}")
@@ -395,7 +400,7 @@ class CampaignChannel(_Channel):
     quantity: str
     node: int
     direction: str
-    unit: Unit
+    unit: Annotated[Unit, UnitOfFiles]
 
     @property
     def ordinate(self) -> str:
@@ -416,7 +421,7 @@ class HammerChannel(_Channel):
     - `quantity`: key of `HAMMER_QUANTITIES`.
     - `node`: response node.
     - `direction`: ``+x`` … ``-z`` or ``scalar``; one against the axis in the name turns the sign.
-    - `unit`: unit as the table states it.
+    - `unit`: unit as the table states it; without label and SI unit, each file's own counts.
     - `range`: largest value that the channel can hold, in SI; infinite where it is not known.
     """
 
@@ -425,7 +430,7 @@ class HammerChannel(_Channel):
     quantity: str
     node: int
     direction: str
-    unit: Unit
+    unit: Annotated[Unit, UnitOfFiles]
     range: Annotated[float, InUnitOfRow] = math.inf
 
     def _check(self) -> None:
@@ -447,7 +452,7 @@ class ChannelRow(_Channel):
     - `mount`, `piece`, `axis`: parts of the name; noise transfer functions have no piece.
     - `node`: response node; of a noise transfer function, the reference node.
     - `direction`: ``+x`` … ``-z``, along the axis; a negative one turns the sign of the channel.
-    - `unit`: unit as the table states it.
+    - `unit`: unit as the table states it; without label and SI unit, each file's own counts.
     """
 
     unique = ("{0.quantity} '{0.channel}'", "{0.quantity} at node {0.node} {0.direction}")
@@ -458,7 +463,7 @@ class ChannelRow(_Channel):
     axis: str
     node: int
     direction: str
-    unit: Unit
+    unit: Annotated[Unit, UnitOfFiles]
 
     def _check(self) -> None:
         if self.axis not in _AXES:

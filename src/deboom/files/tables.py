@@ -32,9 +32,10 @@ from deboom.files.disk import (
     read_text,
     replace_bytes,
     replace_text,
+    text_of,
 )
 from deboom.files.schema import Note, doubled, noting, refuse_all, telling
-from deboom.files.units import Unit, parse_unit, refuse_beyond
+from deboom.files.units import Unit, is_label, is_unscaled, parse_unit, refuse_beyond
 from deboom.files.workbook_parts import refuse_large_parts
 from deboom.tabled import PACKED, csv_text, table_of, unescaped
 
@@ -85,6 +86,7 @@ _REMARK_COLUMNS = {
 _REMARK = re.compile(r"(notes?|remarks?|comments?|bemerkung|anmerkung|hinweis)\s*:", re.IGNORECASE)
 _LINES_ABOVE = 20
 """Lines in which the header is looked for: titles may stand above it."""
+_IN_BRACKETS = re.compile(r"^[\[(](.*)[\])]$")
 _WITH_UNIT = re.compile(r"(?P<name>[^\[\]]+?)\s*\[(?P<unit>[^\[\]]*)\]")
 _NOT_A_NUMBER = "decimal point, no thousands separator"
 _EXAMPLES = {"m": "[mm]' or [m]", "rad": "[deg]' or [rad]", "N/m": "[N/mm]' or [N/m]"}
@@ -192,12 +194,10 @@ def _rows(
     tell: Note,
 ) -> tuple[Row, ...]:
     """Rows that are not empty, without those that are told to be no row."""
-    place, cells = _cells(path, sheet, [*plain, *with_unit])
+    header, below, comma = _cells(path, sheet, [*plain, *with_unit])
     excel = _is_excel(path)
     if sheet is not None and excel:
         path = path.with_name(f"{path.name}, sheet '{sheet}'")
-    header, below = cells[place], cells[place + 1 :]
-    comma = excel and _has_decimal_commas(below)
     names: list[str] = []
     units: dict[str, Unit] = {}
     faults: list[InputError] = []
@@ -212,7 +212,8 @@ def _rows(
     separated = "" if excel else ", separated by commas"
     for name in dict.fromkeys((*wanted, *names)):
         if not name:
-            if any(row[k] for k, each in enumerate(names) if not each for row in below):
+            rows_below = below.values()
+            if any(row[k] for k, each in enumerate(names) if not each for row in rows_below):
                 k = names.index("")
                 faults.append(
                     InputError(f"{path}: column {k + 1} has entries and no name: name it")
@@ -225,7 +226,7 @@ def _rows(
             faults.append(InputError(f"{path}: {sentence}"))
     refuse_all(map(str, faults))
     rows = []
-    for line, texts in enumerate(below, place + 2):
+    for line, texts in below.items():
         filled = [text for text in texts if text]
         if not filled or _is_remark(texts):
             continue
@@ -250,16 +251,20 @@ class Columns:
     texts: Mapping[str, Sequence[str]]
     lines: Sequence[int]
 
-    def numbers(self, *headers: str) -> RealArray:
+    def numbers(self, *headers: str, with_holes: bool = False) -> RealArray:
         """Return columns as numbers, one row per header.
 
+        - `with_holes`: cells that are empty or ``NaN`` become nan.
         - raises InputError: one is no finite number; names line and column.
         """
         numbers = np.array([[number_in(text) for text in self.texts[each]] for each in headers])
+        holes = ("", "nan") if with_holes else ()
+        texts = ((n, k, self.texts[headers[n]][k]) for n, k in np.argwhere(~np.isfinite(numbers)))
         refuse_all(
-            f"line {self.lines[k]}, column '{headers[n]}': '{self.texts[headers[n]][k]}' is no "
-            f"finite number ({_NOT_A_NUMBER})"
-            for n, k in np.argwhere(~np.isfinite(numbers))
+            f"line {self.lines[k]}, column '{headers[n]}': '{text}' is no finite number "
+            f"({_NOT_A_NUMBER})"
+            for n, k, text in texts
+            if text.lower() not in holes
         )
         return numbers
 
@@ -283,14 +288,10 @@ def read_columns(path: Path, first: str, sheet: str | None = None) -> Columns:
     - returns: the columns; rows of remarks, and empty rows at the end, are left out.
     - raises InputError: the file is missing or no table, a header comes twice, or there is no row.
     """
-    place, cells = _cells(path, sheet, (first,))
-    excel = _is_excel(path)
-    if sheet is not None and excel:
+    header, below, comma = _cells(path, sheet, (first,))
+    if sheet is not None and _is_excel(path):
         path = path.with_name(f"{path.name}, sheet '{sheet}'")
-    header = cells[place]
-    rows = {
-        line: row for line, row in enumerate(cells[place + 1 :], place + 2) if not _is_remark(row)
-    }
+    rows = {line: row for line, row in below.items() if not _is_remark(row)}
     filled = [line for line, row in rows.items() if any(row)]
     if not filled:
         raise InputError(f"{path} has a header and no rows: add one row per item")
@@ -298,10 +299,10 @@ def read_columns(path: Path, first: str, sheet: str | None = None) -> Columns:
     if doubled is not None:
         raise InputError(f"{path}: column '{doubled}' comes twice: keep one")
     lines = [line for line in rows if line <= filled[-1]]
-    if excel and _has_decimal_commas(rows.values()):
+    if comma:
         rows = {line: [_with_point(text) for text in row] for line, row in rows.items()}
-    below = zip(*(rows[line] for line in lines), strict=True)
-    texts = {text: column for text, column in zip(header, below, strict=True) if text}
+    columns = zip(*(rows[line] for line in lines), strict=True)
+    texts = {text: column for text, column in zip(header, columns, strict=True) if text}
     return Columns(texts, lines)
 
 
@@ -351,16 +352,49 @@ def number_in(text: str) -> float:
     return float(text) if _NUMBER.fullmatch(text) else math.nan
 
 
-def _cells(path: Path, sheet: str | None, names: Sequence[str]) -> tuple[int, list[list[str]]]:
-    """Place of the header with these names, and texts of a table, lists of one length per line."""
-    rows = _excel_cells(path, sheet) if _is_excel(path) else _text_cells(path, names)
+def _cells(
+    path: Path, sheet: str | None, names: Sequence[str]
+) -> tuple[list[str], dict[int, list[str]], bool]:
+    """Return the header with these names, the lines below it, and whether they have decimal commas.
+
+    All are texts of one length. A row of units below the header becomes part of it.
+    """
+    excel = _is_excel(path)
+    rows, comma = (_excel_cells(path, sheet), False) if excel else _text_cells(path, names)
     width = max(map(len, rows), default=0)
     if len(rows) > MOST_ROWS or width > MOST_COLUMNS or len(rows) * width > MOST_CELLS:
         raise _too_large(path, len(rows), width)
     if not width:
         raise InputError(f"{path} is empty: export it again")
     rows = [[text.strip() for text in row] + [""] * (width - len(row)) for row in rows]
-    return _header_place(rows, names)[0], rows
+    place = _header_place(rows, names)[0]
+    header, below = rows[place], dict(enumerate(rows[place + 1 :], place + 2))
+    if place + 1 < len(rows) and _are_units(rows[place + 1]):
+        header = _with_units(path, header, below.pop(place + 2))
+    return header, below, comma or _has_decimal_commas(below.values())
+
+
+def _are_units(texts: Sequence[str]) -> bool:
+    """Tell whether a row has labels of units, such as ``s`` or ``[m/s^2]``, and nothing else."""
+    labels = [_IN_BRACKETS.sub(r"\1", text) for text in texts if text]
+    return bool(labels) and not _NUMBER.fullmatch(labels[0]) and all(map(is_label, labels))
+
+
+def _with_units(path: Path, header: Sequence[str], labels: Sequence[str]) -> list[str]:
+    """Return a header whose columns have the units of the row below it.
+
+    - raises InputError: a column has two units.
+    """
+    texts = []
+    for text, label in zip(header, labels, strict=True):
+        unit, stated = _IN_BRACKETS.sub(r"\1", label), name_and_unit(text)[1]
+        if stated and unit and stated != unit:
+            with naming(f"{path}: column '{text}'"):
+                above, below = parse_unit(stated), parse_unit(unit)
+                if (above.si, above.factor) != (below.si, below.factor):
+                    raise InputError(f"the row below it says '{unit}': state one unit")
+        texts.append(text if stated or not unit else f"{text} [{unit}]")
+    return texts
 
 
 def _header_place(rows: Sequence[Sequence[str]], names: Sequence[str]) -> tuple[int, int]:
@@ -380,9 +414,12 @@ def _too_large(path: Path, row: int, width: int) -> InputError:
     )
 
 
-def _text_cells(path: Path, names: Sequence[str]) -> list[list[str]]:
-    """Cells of a text: commas or tabs and decimal points, or semicolons and decimal commas."""
-    text = read_text(path).removeprefix("\ufeff")
+def _text_cells(path: Path, names: Sequence[str]) -> tuple[list[list[str]], bool]:
+    """Return cells of a text between commas, tabs or semicolons.
+
+    With semicolons its numbers have decimal commas, else where one can be nothing else.
+    """
+    text = text_of(path)
     rows: list[list[str]] = []
     try:
         separator, place = _text_format(text, names)
@@ -395,15 +432,15 @@ def _text_cells(path: Path, names: Sequence[str]) -> list[list[str]]:
             if line > MOST_ROWS or width > MOST_COLUMNS or line * width > MOST_CELLS:
                 raise _too_large(path, line, width)
             if len(cells) > width:
+                remedy = "; decimal commas need semicolons or tabs between the columns"
                 raise InputError(
                     f"{path} is no comma-separated table: line {line} has {len(cells)} cells and "
-                    f"the header {width}"
+                    f"the header {width}{remedy if separator == ',' else ''}"
                 )
-            row = [unescaped(cell) for cell in cells]
-            rows.append([_with_point(cell) for cell in row] if separator == ";" else row)
+            rows.append([unescaped(cell) for cell in cells])
     except csv.Error as error:
         raise InputError(f"{path} is no comma-separated table: {error}") from None
-    return rows
+    return rows, separator == ";"
 
 
 def _text_format(text: str, names: Sequence[str]) -> tuple[str, int]:
@@ -520,6 +557,10 @@ class Optional:
     """Mark of a text whose column may be absent, and whose cell may be empty: then `default`."""
 
     default: str
+
+
+class UnitOfFiles:
+    """Mark of a unit that a table may leave to the files, each its own: an empty cell."""
 
 
 class InUnitOfRow:
@@ -687,7 +728,9 @@ def _value(row: Row, field: str, column: Any, tell: Note) -> Any:
     try:
         if column is int:
             return row.node(field)
-        if column is Unit:
+        if column is UnitOfFiles and (not row.cells[field] or is_unscaled(row.cells[field])):
+            return Unit(row.cells[field], "", 1.0)
+        if column in (Unit, UnitOfFiles):
             return _stated(row, field)
         if column is InUnitOfRow:
             return row.number(field) * _stated(row, "unit").factor if row.cells[field] else math.inf
@@ -728,7 +771,7 @@ def _written(row: Any, field: str, column: Any) -> list[Any]:
     value = getattr(row, field)
     if isinstance(column, Numbers):
         return column.scaled(value if len(column.names) > 1 else (value,))
-    if column is Unit:
+    if column in (Unit, UnitOfFiles):
         return [value.label]
     if column is InUnitOfRow:
         return ["" if math.isinf(value) else repr(value / row.unit.factor)]

@@ -28,16 +28,22 @@ from deboom.files.disk import (
     blocks,
     kind_of,
     opened_file,
-    read_bytes,
     refuse_announced,
+    text_of,
 )
-from deboom.files.function_table import SAME_LINE, TIME_SIGNAL, matlab_table, same_lines
+from deboom.files.function_table import (
+    SAME_LINE,
+    TIME_SIGNAL,
+    matlab_table,
+    real_where_it_is,
+    same_lines,
+)
 from deboom.files.reader_process import read_apart
-from deboom.files.rows import CampaignChannel
+from deboom.files.rows import CAMPAIGN_QUANTITIES, CampaignChannel
 from deboom.files.schema import noting, telling
 from deboom.files.tables import (
     Columns,
-    InUnitOfRow,
+    Numbers,
     TableRow,
     name_and_unit,
     number_in,
@@ -136,6 +142,12 @@ def _single_signal(what: str, unit: Any, instants: Any, values: Any) -> TimeSign
         raise InputError(
             f"{what} has {values.size} values at {instants.size} instants: export again"
         )
+    if any(np.isnan(values[part]).any() for part in blocks(values.size)):
+        # a slower channel has holes beside a faster one; whether one is missing is checked later
+        filled = ~np.isnan(values)
+        instants, values = instants[filled], values[filled]
+        if values.size < 2:
+            raise InputError(f"{what} has {values.size} values: export it again")
     instants.setflags(write=False)  # channels of one raster share it
     return TimeSignal(str(unit), instants, values)
 
@@ -162,19 +174,29 @@ def time_functions(path: Path, channels: Sequence[CampaignChannel]) -> TimeFunct
     - `channels`: rows of the table that are wanted.
     - returns: one per row of `channels`; of a UFF file all its functions. Slower channels are
       resampled to the raster of the fastest, band-limited, over the time that all of them cover.
+      `SLOW_QUANTITIES` may come at uneven instants, as from a bus, and are interpolated between.
     - raises InputError: as `read_uff` or `read_time_signals`; a channel that is missing or states
-      no unit; one that is not sampled evenly; channels that overlap by too little.
+      no unit; another one that is not sampled evenly, or one with a gap; channels that overlap by
+      too little.
     """
     if kind_of(path) == "a UFF file":
         whole = read_uff(path)
         by_dof = {(row.node, row.direction.lstrip("+-"), row.ordinate): row for row in channels}
-        labels = []
+        labels, quantities, functions = [], [], []
         for function in whole:
+            values = real_where_it_is(function.values)
+            if np.iscomplexobj(values):
+                raise InputError(f"{path}: {function.dof} is complex: export it as a signal")
+            if np.iscomplexobj(function.values):
+                function = replace(function, values=values)
+            functions.append(function)
             at = function.response_node, function.response_direction.lstrip("+-")
             row = by_dof.get((*at, function.ordinate))
+            if row and row.quantity == "tacho":  # its pulses count, in whatever unit
+                functions[-1] = replace(functions[-1], ordinate_unit="1", file_unit="1")
             labels.append(f"{row.channel} ({row.quantity})" if row else function.dof)
-        _check_even(path, [(name, f.abscissa) for name, f in zip(labels, whole, strict=True)])
-        return _on_one_raster(path, labels, whole)
+            quantities.append(row.quantity if row else "")
+        return _on_one_raster(path, labels, functions, quantities)
     names = [(f"{row.channel} {row.quantity}", row.channel) for row in channels]
     signals = read_time_signals(path, [name for pair in names for name in pair])
     functions = []
@@ -194,13 +216,16 @@ def time_functions(path: Path, channels: Sequence[CampaignChannel]) -> TimeFunct
                 elif unit.factor != 1.0:
                     signal = replace(signal, values=signal.values * unit.factor)
                 functions.append(_function(what, row, signal, unit))
-        _check_even(path, [(name, signal.time) for name, signal in signals.items()])
     labels = [f"{row.channel} ({row.quantity})" for row in channels]
     several = tuple(signal.note for signal in signals.values() if signal.note)
-    read = _on_one_raster(path, labels, functions)
+    read = _on_one_raster(path, labels, functions, [row.quantity for row in channels])
     return replace(read, notes=(*several, *read.notes))
 
 
+SLOW_QUANTITIES = ("engine torque", "engine speed", "static force")
+"""Quantities that change little from one instant of a bus to the next."""
+LONGEST_INTERVAL = 1.5
+"""Longest interval between samples, in median ones: in a longer one a sample is missing."""
 LEAST_OVERLAP = 0.5
 """Share of the longest channel that all channels must cover."""
 OVERSAMPLED = 8
@@ -217,13 +242,22 @@ def _rate(time: RealArray) -> float:
 
 
 def _on_one_raster(
-    path: Path, labels: Sequence[str], functions: Sequence[UffFunction]
+    path: Path,
+    labels: Sequence[str],
+    functions: Sequence[UffFunction],
+    quantities: Sequence[str],
 ) -> TimeFunctions:
     """Resample what is slower than the fastest channel, and cut all to the time they share."""
     rates = tuple(_rate(function.abscissa) for function in functions)
     if not functions:
         return TimeFunctions((), ())
     fastest = int(np.argmax(rates))
+    on_bus = [
+        quantity in SLOW_QUANTITIES and rate < rates[fastest]
+        for quantity, rate in zip(quantities, rates, strict=True)
+    ]
+    axes = [function.abscissa for function in functions]
+    _check_instants(path, list(zip(labels, axes, on_bus, strict=True)))
     raster = functions[fastest].abscissa
     alike = [_is_same(raster, function.abscissa) for function in functions]
     if all(alike):
@@ -251,13 +285,13 @@ def _on_one_raster(
         if same_lines(shared, same):
             values = function.values[inside : inside + shared.size]
         else:
-            values = _resampled(function, shared)
-            resampled[f"{rate:.6g} Hz"].append(label)
+            worst, _ = _unevenness(function.abscissa)
+            even = worst <= LARGEST_JITTER
+            values = (_resampled if even else _interpolated)(function, shared)
+            way = "band-limited" if even else f"between instants up to {worst:.0%} of a step off"
+            resampled[f"from {rate:.6g} Hz to {rates[fastest]:.6g} Hz, {way}"].append(label)
         on_raster.append(replace(function, abscissa=shared, values=values))
-    notes = [
-        f"resampled from {rate} to {rates[fastest]:.6g} Hz, band-limited: {_listed(names)}"
-        for rate, names in resampled.items()
-    ]
+    notes = [f"resampled {how}: {_listed(names)}" for how, names in resampled.items()]
     if (shared.size - 1) / rates[fastest] < longest - 1 / min(rates):
         notes.append(f"cut to {shared[0]:.3f} to {shared[-1]:.3f} s, which all channels have")
     return TimeFunctions(tuple(on_raster), rates, tuple(notes))
@@ -274,7 +308,7 @@ def _listed(names: Sequence[str]) -> str:
 
 def _resampled(function: UffFunction, instants: RealArray) -> RealArray:
     """Band-limited values at other instants, within the function's own time."""
-    time, values = function.abscissa, function.values.real
+    time, values = function.abscissa, function.values
     n = time.size
     # a straight line beside the signal: what the filter sees begins and ends at zero
     line = values[0] + (values[-1] - values[0]) * (time - time[0]) / (time[-1] - time[0])
@@ -294,14 +328,24 @@ def _resampled(function: UffFunction, instants: RealArray) -> RealArray:
     return resampled
 
 
+def _interpolated(function: UffFunction, instants: RealArray) -> RealArray:
+    """Values of a spline through uneven instants, within the function's own time."""
+    time = function.abscissa
+    values = CubicSpline(time, function.values)(np.clip(instants, time[0], time[-1]))
+    values.setflags(write=False)
+    return np.asarray(values)
+
+
 def _unit(what: str, row: CampaignChannel, signal: TimeSignal) -> Unit:
     # pulses of a tacho count, their height in whatever unit does not
     if row.quantity == "tacho":
         return Unit("1", "1", 1.0)
+    si = CAMPAIGN_QUANTITIES[row.quantity][1]
     if not signal.unit.strip():
-        raise InputError(f"{what} states no unit: export it with one, such as {row.unit.label}")
+        example = row.unit.label or si
+        raise InputError(f"{what} states no unit: export it with one, such as {example}")
     with naming(what):
-        return parse_unit(signal.unit, row.unit.si)
+        return parse_unit(signal.unit, si)
 
 
 def _function(what: str, row: CampaignChannel, signal: TimeSignal, unit: Unit) -> UffFunction:
@@ -319,25 +363,40 @@ def _function(what: str, row: CampaignChannel, signal: TimeSignal, unit: Unit) -
         )
 
 
-def _check_even(path: Path, axes: Sequence[tuple[str, RealArray]]) -> None:
-    """Refuse instants that are not evenly spaced: filters and angles need a rate."""
+def _check_instants(path: Path, axes: Sequence[tuple[str, RealArray, bool]]) -> None:
+    """Refuse gaps, and uneven steps of what is not from a bus: filters and angles need a rate."""
     seen: set[int] = set()
-    for name, time in axes:
-        step = (time[-1] - time[0]) / (time.size - 1)
-        if id(time) in seen or not step > 0:  # instants that do not rise are refused elsewhere
+    for name, time, on_bus in axes:
+        if id(time) in seen:
             continue
         seen.add(id(time))
-        worst, k = 0.0, 0
-        for part in blocks(time.size):
-            indices = np.arange(part.start, part.stop)
-            off = np.abs(time[part] - time[0] - step * indices) / step
-            if off.max() > worst:
-                worst, k = float(off.max()), int(indices[np.argmax(off)])
-        if worst > LARGEST_JITTER:
+        worst, k = _unevenness(time)
+        if worst <= LARGEST_JITTER:
+            continue
+        intervals = np.diff(time)
+        widest = int(np.argmax(intervals))
+        if intervals[widest] > LONGEST_INTERVAL * np.median(intervals):
+            raise InputError(
+                f"{path}: {name} has no value between {time[widest]:.9g} s and "
+                f"{time[widest + 1]:.9g} s; export it again, deboom does not fill gaps"
+            )
+        if not on_bus:
             raise InputError(
                 f"{path}: {name} is not sampled evenly: sample {k + 1} at {time[k]:.9g} s is "
                 f"{worst:.2g} steps off; export it with one sampling rate"
             )
+
+
+def _unevenness(time: RealArray) -> tuple[float, int]:
+    """Return the largest distance of a sample from an even step, in steps, and which it is."""
+    step = (time[-1] - time[0]) / (time.size - 1)
+    worst, k = 0.0, 0
+    for part in blocks(time.size):
+        indices = np.arange(part.start, part.stop)
+        off = np.abs(time[part] - time[0] - step * indices) / step
+        if off.max() > worst:
+            worst, k = float(off.max()), int(indices[np.argmax(off)])
+    return worst, k
 
 
 @contextmanager
@@ -373,17 +432,17 @@ class WavChannel(TableRow):
     """Calibration of one track of a WAV file, in the order of the tracks.
 
     - `channel`: name of the channel.
-    - `full_scale`: value at the largest number that the file can hold, in SI; in the table [unit].
-    - `unit`: unit of the channel, such as ``Pa``.
+    - `full_scale`: value at the largest number that the file can hold [unit].
+    - `unit`: unit of the channel, such as ``Pa``; of a tacho in whatever unit.
     """
 
     unique = ("channel '{0.channel}'",)
     channel: str
-    full_scale: Annotated[float, InUnitOfRow]
-    unit: Unit
+    full_scale: Annotated[float, Numbers(("full_scale",))]
+    unit: str
 
     def _check(self) -> None:
-        if not 0 < self.full_scale < math.inf:
+        if not self.full_scale > 0:
             raise InputError(f"full_scale of '{self.channel}' is not positive: state it")
 
 
@@ -425,8 +484,8 @@ def _wav(path: Path, names: Sequence[str]) -> _Channels:
             continue
         values = track.astype(np.float64)
         values -= middle
-        values *= row.full_scale / row.unit.factor / largest
-        yield row.channel, (row.unit.label, time, values)
+        values *= row.full_scale / largest
+        yield row.channel, (row.unit, time, values)
 
 
 _END = "***End_of_Header***"
@@ -441,15 +500,11 @@ _COMMENT = "Comment"
 
 def _lvm(path: Path, names: Sequence[str]) -> _Channels:
     """LabVIEW's text: a header of the file, one of the segment, names, and a line per sample."""
-    data = read_bytes(path, LARGEST_LVM)
-    if sum(map(data.count, (b"\t", b",", b"\n", b"\r"))) > MOST_CELLS:
+    text = text_of(path, LARGEST_LVM)  # LabVIEW writes in the code page of its machine
+    if sum(map(text.count, "\t,\n\r")) > MOST_CELLS:
         raise InputError(
             f"{path} has more than {MOST_CELLS} cells: save a shorter record, or a TDMS file"
         )
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:  # LabVIEW writes in the code page of its machine
-        text = data.decode("cp1252", errors="replace")
     lines = _without_special(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
     ends = [k for k, line in enumerate(lines) if line.strip().startswith(_END)]
     if len(ends) != 2:
@@ -623,7 +678,7 @@ def _table(path: Path, names: Sequence[str]) -> _Channels:
 
 def _of_table(path: Path, columns: Columns, header: str, time: RealArray) -> _Loaded:
     with naming(path):
-        (values,) = columns.numbers(header)
+        (values,) = columns.numbers(header, with_holes=True)
     return name_and_unit(header)[1] or "", time, values
 
 

@@ -24,6 +24,7 @@ from deboom.files.disk import (
     LARGEST_TEXT,
     MEBIBYTE,
     blocks,
+    decoded,
     kind_of,
     opened_file,
     read_bytes,
@@ -192,7 +193,7 @@ _QUANTITY = {
     19: "rpm",
     20: "order",
 }
-_QUANTITY_CODE = {word: code for code, word in _QUANTITY.items()} | {"none": 0}
+QUANTITY_CODE = {word: code for code, word in _QUANTITY.items()} | {"none": 0}
 DIRECTION_CODE = {word: code for code, word in DIRECTIONS.items()}
 # SI unit along a translation (or scalar) and about a rotation, and the exponents of length and
 # force in both cases, from the table "Unit Exponents" of data set 58
@@ -282,12 +283,12 @@ def _text(function: UffFunction, text: str, width: int) -> str:
 
 
 def _quantity_code(function: UffFunction, quantity: str) -> int:
-    if quantity not in _QUANTITY_CODE:
+    if quantity not in QUANTITY_CODE:
         raise InputError(
             f"{function.dof}: unknown quantity {quantity!r}, use one of "
-            f"{', '.join(sorted(_QUANTITY_CODE))}"
+            f"{', '.join(sorted(QUANTITY_CODE))}"
         )
-    return _QUANTITY_CODE[quantity]
+    return QUANTITY_CODE[quantity]
 
 
 def _si_label(function: UffFunction, quantity: str, unit: str, direction: str) -> str:
@@ -388,16 +389,17 @@ def _scaled(values: Any, factor: float) -> Any:
 
 
 def _announced(where: str, content: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Return abscissa and values without the zeros that fill up the last row.
+    """Return abscissa and values without what fills up the last row: zeros, or its last value.
 
-    - raises InputError: there are fewer values than announced, or more than a row of zeros.
+    - raises InputError: there are fewer values than announced, or more of them, or a row more.
     """
     announced, values = content["num_pts"], content["data"]
     beyond = values[announced:]
     key = (content["ord_data_type"], content["abscissa_spacing"])
     columns = 1 if content["binary"] else _VALUES_PER_ROW.get(key, 1)
-    filled_up = len(beyond) < columns and len(values) % columns == 0 and not np.any(beyond)
-    if announced != len(values) and not (filled_up and 0 < announced < len(values)):
+    filled_up = len(beyond) < columns and len(values) % columns == 0 and 0 < announced < len(values)
+    filler = () if not filled_up else (0.0, values[announced - 1])
+    if announced != len(values) and not any(np.all(beyond == value) for value in filler):
         raise InputError(
             f"{where}: {announced} values are announced and {len(values)} are there; the file is "
             "truncated or damaged, export it again"
@@ -714,6 +716,13 @@ class _Sets(pyuff.UFF):
         start, last = self._block_ind[index]
         return int(last) + 1 - int(start)
 
+    def header(self, index: int) -> list[bytes]:
+        """Return the lines of a set's header, and some below it in a short set."""
+        start, last = self._block_ind[index]
+        with Path(self._filename).open("rb") as file:
+            file.seek(start)
+            return file.read(min(_LONGEST_HEADER, last + 1 - start)).splitlines()[:_HEADER_LINES]
+
     def read_binary(self, index: int) -> Any:
         """Read the header of a binary set by pyuff, and its numbers without one object for each."""
         if not self._set_formats[index]:
@@ -850,12 +859,60 @@ def _content(path: Path, index: int, file: Any) -> Mapping[str, Any]:
         # pyuff raises bare Exception without a reason, and leaves out data of another type
         with contextlib.suppress(Exception), _quiet():
             content: dict[str, Any] = read(index)
-            if content["type"] != 58 or {"data", "x"} <= content.keys():
+            if content["type"] != 58:
                 return content
-    raise InputError(
-        f"{path}: set {index + 1} is damaged: its header or its numbers cannot be read; export the "
-        "file again"
-    )
+            if {"data", "x"} <= content.keys():
+                break
+    else:
+        raise InputError(
+            f"{path}: set {index + 1} is damaged: its header or its numbers cannot be read; export "
+            "the file again"
+        )
+    header = file.header(index)
+    _check_nodes(path, index, header[_NODES])
+    return content | _texts_of_windows(header)
+
+
+_HEADER_LINES, _NODES = 13, 7
+"""Lines of the header of data set 58, with both that begin a set, and which has the nodes."""
+_NAMES = {"response": (30, 41, 51, 55), "reference": (55, 66, 76, 80)}
+"""Columns of that line where name, node and direction begin, and the last one ends."""
+_INTEGER = re.compile(r" *([-+]?\d+)? *", re.ASCII)
+_TEXTS = {
+    **{f"id{k}": (k + 1, 0, 80) for k in range(1, 6)},
+    **{"rsp_ent_name": (_NODES, 30, 41), "ref_ent_name": (_NODES, 55, 66)},
+    "abscissa_axis_units_lab": (9, 46, 67),
+    "ordinate_axis_units_lab": (10, 46, 67),
+    "orddenom_axis_units_lab": (11, 46, 67),
+}
+"""Texts of the header: line, first column, and the one behind the last."""
+
+
+def _check_nodes(path: Path, index: int, line: bytes) -> None:
+    """Refuse a line whose numbers a long name has moved: pyuff reads nodes and directions as 0.
+
+    - raises InputError: a node or direction is no integer, or stands where the name should end.
+    """
+    text = decoded(line)
+    for which, (name, node, direction, end) in _NAMES.items():
+        numbers = text[node:direction], text[direction:end]
+        moved = numbers[0][:1].strip() and numbers[0][-1:] == " "
+        if moved or not all(map(_INTEGER.fullmatch, numbers)):
+            raise InputError(
+                f"{path}: set {index + 1}: node and direction of its {which} do not stand in their "
+                f"columns behind '{text[name:end].strip()}': a name has at most 10 characters; "
+                "shorten it, or export without names"
+            )
+
+
+def _texts_of_windows(header: Sequence[bytes]) -> dict[str, str]:
+    """Return texts that are not UTF-8, which pyuff reads without their characters."""
+    texts = {}
+    for key, (number, begin, end) in _TEXTS.items():
+        line = header[number]
+        if not line.isascii():
+            texts[key] = decoded(line)[begin:end].strip()
+    return texts
 
 
 def _unit_scale(path: Path, index: int, file: Any) -> tuple[float, float]:

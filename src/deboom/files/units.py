@@ -41,6 +41,7 @@ UNITS: Mapping[str, Mapping[str, float]] = {
         **{"lbf ft": _POUND_FORCE * _FOOT, "lbf in": _POUND_FORCE * _INCH},
     },
     "N/m": {"N/m": 1.0, "N/mm": 1e3},
+    "N s/m": {"N s/m": 1.0, "N s/mm": 1e3},
     "kg": {"kg": 1.0, "t": 1e3, "lbm": _POUND},
     "Pa": {
         **{"Pa": 1.0, "uPa": 1e-6, "mPa": 1e-3, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6},
@@ -91,6 +92,7 @@ _WORDS = {
         "N m": "Nm",
         "N mm": "Nmm",
         "kN m": "kNm",
+        "N s": "Ns",
     }.items()
     for word in words.split()
 }
@@ -110,6 +112,27 @@ _WHOLE = {
     **dict.fromkeys(("ft lbf", "lb ft", "ft lb"), "lbf ft"),
     **dict.fromkeys(("in lbf", "lb in", "in lb"), "lbf in"),
 }
+
+
+def _in_capitals() -> dict[str, str]:
+    """Return labels in capital letters, as older programs write them, with what each means.
+
+    Left out is what may mean two units: MPA, MN, GN (gravity, giga) and T (tesla).
+    """
+    meant: dict[str, set[str]] = {}
+    for label in (*_TO_SI, *SEVERAL_MEANINGS, *_WORDS, *_WHOLE):
+        meant.setdefault(label.upper(), set()).add(_WHOLE.get(label, _WORDS.get(label, label)))
+    several = {name: labels & SEVERAL_MEANINGS.keys() for name, labels in meant.items()}
+    chosen = {name: several[name] or labels for name, labels in meant.items()}
+    left_out = ("MN", "GN", "T")
+    return {
+        name: labels.pop()
+        for name, labels in chosen.items()
+        if len(labels) == 1 and name not in left_out
+    }
+
+
+_CAPITALS = _in_capitals()
 _CHARACTERS = str.maketrans(
     {
         **{"µ": "u", "μ": "u", "°": "deg", "·": " ", "⋅": " ", "×": " ", "*": " ", "’": "'"},
@@ -167,13 +190,26 @@ def parse_unit(label: str, si: str = "") -> Unit:
             f"unit {label!r} states how an amplitude is counted, which is no unit: export signals, "
             "or spectra as peak values, and write the plain unit"
         )
-    if _ELECTRICAL.fullmatch(label.strip()):
+    if is_unscaled(label):
         raise InputError(
             f"unit {label!r} is that of no mechanical quantity: apply the sensor's sensitivity "
             "before the export, and write the unit of what it measures"
         )
     labels = ", ".join(UNITS.get(si, UNITS))
     raise InputError(f"unknown unit {label!r}: use one of {labels} or a ratio of two, such as Pa/N")
+
+
+def is_unscaled(label: str) -> bool:
+    """Tell a label of what is no quantity yet, such as ``V``: that of a tacho does not matter."""
+    return bool(_ELECTRICAL.fullmatch(label.strip()))
+
+
+def is_label(text: str) -> bool:
+    """Tell whether a text is the label of a unit, of an unscaled signal, or dB."""
+    try:
+        return is_unscaled(text) or text == "dB" or bool(parse_unit(text))
+    except InputError:
+        return False
 
 
 def _plain(label: str) -> str:
@@ -184,7 +220,8 @@ def _plain(label: str) -> str:
         return _WHOLE.get(text, text)
     text = re.sub(r"(?<=[A-Za-z])(-?[1-4])(?![\w.])", r"^\1", text)  # s2, min-1
     text = re.sub(r"(?<=[A-Za-z])[-.](?=[A-Za-z])", " ", text)  # N-m, N.m
-    text = re.sub(r"[A-Za-z_'][\w']*", lambda word: _WORDS.get(word[0], word[0]), text)
+    if text != "M":  # alone it may be mega
+        text = _CAPITALS.get(text, re.sub(r"[A-Za-z_'][\w']*", _word, text))
     text = re.sub(r" ?([A-Za-z]+)\^-(\d)", r"/\1^\2", text).replace("^1", "")  # m s^-2
     text = re.sub(
         r"\(1/([^()/]+)\) ?\(([^()]+)\)", r"\2/\1", f"1{text}" if text[:1] == "/" else text
@@ -192,6 +229,10 @@ def _plain(label: str) -> str:
     text = re.sub(r"/\(([^() /]+) ([^() /]+)\)", _each_below, text)
     text = text.replace("(", "").replace(")", "")
     return _WHOLE.get(text, text)
+
+
+def _word(match: re.Match[str]) -> str:
+    return _WORDS.get(match[0], _CAPITALS.get(match[0], match[0]))
 
 
 def _each_below(product: re.Match[str]) -> str:

@@ -6,7 +6,6 @@ import sys
 from dataclasses import dataclass
 
 from deboom.arrays import RealArray
-from deboom.files.check import band_in_words, pieces_in_words, unidentified_in_words
 from deboom.report import Report
 from deboom.vehicles.amplitude_motion import SAME, STARTS, AmplitudeMotion, compare_starts
 from deboom.vehicles.booming_model import BoomingModel, Motion
@@ -116,6 +115,9 @@ def report_runs(report: Report, runs: Runs) -> None:
     """
     report.assume(*runs.assumed)
     report.warn(runs.not_coupled)
+    # not above: it imports the readers of every kind of folder, for which a model alone would wait
+    from deboom.files.check import band_in_words, pieces_in_words, unidentified_in_words
+
     report.warn(band_in_words(runs.platform, runs.band))
     if words := pieces_in_words(runs.platform):
         report.facts["pieces"] = words

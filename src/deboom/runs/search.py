@@ -152,11 +152,13 @@ def _beyond(search: SearchResult, variables: Sequence[str], limits: Limits) -> p
     """One row per design that misses a limit: factors, and by how much it misses each."""
     beyond = chosen(search.evaluated, np.flatnonzero(search.infeasible))
     factors = {f"{name} [1]": beyond.designs[:, k] for k, name in enumerate(variables)}
-    excess = {
-        f"beyond {name} [{name.rpartition(' ')[2]}]": beyond.excess[:, k]
-        for k, name in enumerate(limits.names)
-    }
+    excess = {label: beyond.excess[:, k] for k, label in enumerate(beyond_labels(limits))}
     return pd.DataFrame({**factors, **excess})
+
+
+def beyond_labels(limits: Limits) -> list[str]:
+    """Return the columns of by how much a design misses each bound; negative where room is left."""
+    return [f"beyond {name} [{name.rpartition(' ')[2]}]" for name in limits.names]
 
 
 PeakRiseOption: TypeAlias = Annotated[

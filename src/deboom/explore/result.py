@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import pandas as pd
@@ -16,12 +16,12 @@ from deboom.arrays import BoolArray, RealArray, checked, short_repr
 from deboom.common import PERCENT
 from deboom.errors import InputError
 from deboom.explore.front import (
-    Contestant,
     Difference,
+    JudgedFront,
     Replicates,
     common_box,
     common_judges,
-    difference,
+    front_difference,
     hypervolume,
     last_gain,
     pareto_front,
@@ -39,7 +39,7 @@ from deboom.explore.selection import (
     pick_of_any,
     variables_without_effect,
 )
-from deboom.explore.space import Evaluate
+from deboom.explore.space import Evaluate, check_same_names
 from deboom.tabled import Tabled
 
 
@@ -52,6 +52,9 @@ class SearchResult:
     - `seed`, `seconds`: seed, and wall time of all parts of the search [s].
     - `stopped`: generations and what ended the search, in words.
     - `algorithm`: name of the algorithm.
+    - `converged`: whether descents have brought the whole front to convergence.
+    - `seeds`: objectives (n_i, m) of the front of each seed that was merged, unless descents
+      followed [their units]; empty of a single search.
     - `hypervolume` (n_generations,), `reference_point` (m,): hypervolume of the front after each
       generation, up to the worst objectives in the first one.
     """
@@ -64,6 +67,8 @@ class SearchResult:
     seconds: float
     stopped: str = ""
     algorithm: str = "NSGA-II"
+    converged: bool = False
+    seeds: tuple[RealArray, ...] = ()
 
     @property
     def n_evaluated(self) -> int:
@@ -118,6 +123,8 @@ def merge(searches: Sequence[SearchResult]) -> SearchResult:
         seconds=sum(search.seconds for search in searches),
         stopped=searches[0].stopped,
         algorithm=searches[0].algorithm,
+        converged=all(search.converged for search in searches),
+        seeds=tuple(search.front.objectives for search in searches),
     )
 
 
@@ -630,15 +637,43 @@ def verify(front: Front, *, draws: int = 1024, seed: int) -> Front:
     return replace(front, judge=judge, values=verified(front.searched, judge))
 
 
-def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) -> Difference:
+class FrontRows(Protocol):
+    """A front as a run keeps it, such as ``deboom.read_run(folder).front``."""
+
+    @property
+    def designs(self) -> RealArray:
+        """Designs, shape (n, k) [units of the variables]."""
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Labels of the variables, ``name [unit]``."""
+
+    @property
+    def convergence(self) -> RealArray:
+        """Hypervolume of the search after each generation, shape (n_generations,)."""
+
+    @property
+    def converged(self) -> bool:
+        """Whether descents have brought the whole front to convergence."""
+
+
+def compare(
+    first: Front | FrontRows | Sequence[Front | FrontRows],
+    second: Front | FrontRows | Sequence[Front | FrontRows],
+    *,
+    draws: int = 1024,
+    seed: int = 1,
+) -> Difference:
     """Say whether one front is really better than another, or whether it could be chance.
 
     Parameters
     ----------
-    first, second : Front
-        Fronts of the same variables and responses; the model of the first one judges both.
+    first, second : Front, or a sequence of them
+        Fronts of the same variables and responses; several of one side are runs of one question
+        that differ in their seed. What `deboom.read_run` gives of a front is taken as well. Of
+        each the designs that its table shows count; the model of the first `Front` judges all.
     draws : int
-        Common draws of the scatter that both meet, a power of two of at least 16.
+        Common draws of the scatter that all meet, a power of two of at least 16.
     seed : int
         Seed of these draws, from 1.
 
@@ -652,42 +687,96 @@ def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) ->
     Raises
     ------
     InputError
-        Fronts of other variables or responses; a front whose designs all fail; draws that cannot
-        be.
+        Fronts of other variables or responses; a front whose designs all fail; no front with its
+        model; draws that cannot be.
+
+    Notes
+    -----
+    Noise comes from the draws and from the searches: of three seeds or more (``searches=3``, or a
+    list of fronts) their own spread; of a front that descents brought to convergence the little
+    that they leave; of any other single search the gain of its last generations, which seldom
+    decides. See `deboom.explore.front.difference`.
 
     Examples
     --------
     >>> import deboom
     >>> model = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a",), ("y",), "dB")
     >>> robust = deboom.Robust(model, model.design_space(), draws=64)
-    >>> front = deboom.search(robust, population=8, generations=4)
-    >>> deboom.compare(front, front).verdict.value
-    'not decided'
+    >>> fronts = [deboom.search(robust, population=8, generations=4, seed=s) for s in (1, 2, 3)]
+    >>> deboom.compare(fronts[0], fronts[0]).verdict.value
+    'equal fronts'
+    >>> deboom.compare(fronts, fronts[::-1]).verdict.value
+    'equal fronts'
     """
-    names = [(side.variables, side.responses) for side in (first, second)]
-    if names[0] != names[1]:
-        raise InputError(f"fronts of {names[0]} and {names[1]} do not compare: search both alike")
-    judges = common_judges(first.robust, draws, seed)
-    by_set, left_out = [], []
-    for front in (first, second):
-        sets = judges.by_set(front.search.front.designs)
-        failed = np.any([values.failed for values in sets], axis=0)
-        if failed.all():
-            raise InputError(
-                f"all {failed.size} designs of a front fail under the common draws: there is "
-                "nothing to compare"
-            )
-        by_set.append([values.objectives[~failed] for values in sets])
-        left_out.append(int(failed.sum()))
-    box = common_box([np.mean(values, axis=0) for values in by_set])
-    verdict = difference(
-        *(
-            Contestant(
-                name,
-                np.array([[box.hypervolume(values) for values in sets]]),
-                np.array([box.share(last_gain(front.search.hypervolume))]),
-            )
-            for name, sets, front in zip(("first", "second"), by_set, (first, second), strict=True)
-        )
+    sides = [
+        [
+            getattr(entry, "front", entry)
+            for entry in (side if isinstance(side, Sequence) else [side])
+        ]
+        for side in (first, second)
+    ]
+    judges = _common_judges(sides, draws, seed)
+    judged = [[_judged(front, judges) for front in side] for side in sides]
+    box = common_box([front.by_set.mean(axis=0) for side in judged for front, _ in side])
+    fronts = [[front for front, _ in side] for side in judged]
+    verdict = front_difference(
+        fronts[0],
+        fronts[1],
+        box=box,
+        names=("the first", "the second"),
+        judge=judges.sets[0],
     )
+    left_out = [sum(failed for _, failed in side) for side in judged]
     return replace(verdict, left_out=(left_out[0], left_out[1]))
+
+
+def _common_judges(
+    sides: Sequence[Sequence[Front | FrontRows]], draws: int, seed: int
+) -> Replicates:
+    """Return the model of the first front with the common draws; refuse what does not compare."""
+    fronts = [front for side in sides for front in side]
+    models = [front for front in fronts if isinstance(front, Front)]
+    if not models or not all(sides):
+        raise InputError(
+            "a comparison needs a front on each side, one of them from deboom.search with its "
+            "model: of two runs take the command `deboom compare`"
+        )
+    judge = models[0].robust
+    for model in models:
+        names = (model.variables, model.responses)
+        if names != (models[0].variables, models[0].responses):
+            raise InputError(
+                f"fronts of {(models[0].variables, models[0].responses)} and {names} do not "
+                "compare: search both alike"
+            )
+    for front in fronts:
+        if not isinstance(front, Front):
+            check_same_names("a run has the variables", front.variables, judge.space.labels)
+    return common_judges(judge, draws, seed)
+
+
+def _judged(front: Front | FrontRows, judges: Replicates) -> tuple[JudgedFront, int]:
+    """Return a front under the common draws, and how many of its designs fail there."""
+    if isinstance(front, Front):
+        designs, search = front.values.designs, front.search
+        volumes, converged, seeds = search.hypervolume, search.converged, search.seeds
+        found_with = front.robust.sample
+    else:
+        designs, volumes, converged, seeds = front.designs, front.convergence, front.converged, ()
+        found_with = None
+    sets = judges.by_set(designs)
+    failed = np.any([values.failed for values in sets], axis=0)
+    if failed.all():
+        raise InputError(
+            f"all {failed.size} designs of a front fail under the common draws: there is nothing "
+            "to compare"
+        )
+    judged = JudgedFront(
+        by_set=np.stack([values.objectives[~failed] for values in sets]),
+        designs=designs[~failed],
+        gain=last_gain(volumes),
+        converged=converged,
+        seeds=seeds,
+        found_with=found_with,
+    )
+    return judged, int(failed.sum())

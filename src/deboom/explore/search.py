@@ -828,6 +828,8 @@ def _with_descents(
         result,
         front=pareto_front(result.front, values),
         evaluated=joined([result.evaluated, values]),
+        converged=True,
+        seeds=(),
         seconds=result.seconds + time.perf_counter() - begun,
     )
 

@@ -385,7 +385,8 @@ class RunEntry:
                 f"run {self.folder} is of {self.study}, which is no front study (no "
                 f"{front_table.FRONT}): take a run of a front, such as those of front"
             )
-        return front_table.FrontTable.read(self.folder)
+        converged = front_table.CONVERGED in self.record.get("facts", {})
+        return front_table.FrontTable.read(self.folder, converged=converged)
 
     @property
     def tables(self) -> tuple[str, ...]:
@@ -621,12 +622,12 @@ def _kept_of(
     from deboom.explore.doe import Experiment, doe_frame
     from deboom.explore.result import Front
     from deboom.explore.sensitivity import Sensitivities, SobolIndices
-    from deboom.files.front_table import tables_of
+    from deboom.files.front_table import facts_of, tables_of
 
     if isinstance(result, Front):
         search = result.search
         how = f"{search.algorithm}, {search.stopped}, {search.seconds:.1f} s"
-        kept = {"search": how, "note": result.text}
+        kept = {"search": how, "note": result.text} | facts_of(result)
         return tables_of(result), {"seed": search.seed, "facts": kept}
     if isinstance(result, Experiment):
         doe = result.doe

@@ -16,7 +16,7 @@ import pandas as pd
 from scipy import stats
 
 from deboom.arrays import BoolArray, IntArray, RealArray, checked
-from deboom.common import listed
+from deboom.common import CONFIDENCE, listed
 from deboom.errors import InputError
 from deboom.explore.robust import Robust, RobustValues, chosen, joined
 from deboom.explore.scatter import ToleranceSample, ToleranceSampler, sobol_sample
@@ -91,6 +91,11 @@ class Replicates:
         """Number of draws of each scramble."""
         return self.sets[0].sample.n_samples
 
+    @property
+    def interval(self) -> float:
+        """Half of a 95 % interval in standard errors, see `interval_of_scrambles` [1]."""
+        return interval_of_scrambles(len(self.sets))
+
     def by_set(self, designs: RealArray) -> list[RobustValues]:
         """Return the values of designs (n, k) under each scramble."""
         return [robust(designs) for robust in self.sets]
@@ -113,6 +118,14 @@ class Replicates:
         message = said[(said != "").argmax(axis=0), np.arange(len(designs))]
         others = {"failed": failed, "designs": designs, "message": message}
         return RobustValues(**(means | errors | others))
+
+
+def interval_of_scrambles(n: int) -> float:
+    """Return half of a 95 % interval in standard errors that n scrambles gave [1].
+
+    Student's t: 3.18 of four, whose intervals of ±1.96 standard errors hold 85 to 90 %.
+    """
+    return float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, n - 1))
 
 
 def replicates(
@@ -157,7 +170,8 @@ def verified(front: RobustValues, judge: Replicates) -> RobustValues:
     if values.failed.all():
         raise InputError(
             f"none of the {len(front)} designs of the front could be computed with the "
-            "verification sample: check the model near the bounds of the design space"
+            f"verification sample, the first one with '{values.message[0]}': check the model near "
+            "the bounds of the design space"
         )
     return values
 

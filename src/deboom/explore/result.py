@@ -204,6 +204,16 @@ class FrontColumns:
         return f"standard error of sigma sum [{self._scatter}]"
 
     @property
+    def mean_interval(self) -> str:
+        """Half of the 95 % interval of `mean_sum`, by Student's t over the scrambles."""
+        return f"mean sum ± 95 % [{self._scatter}]"
+
+    @property
+    def sigma_interval(self) -> str:
+        """Half of the 95 % interval of `sigma_sum`."""
+        return f"sigma sum ± 95 % [{self._scatter}]"
+
+    @property
     def searched_mean_sum(self) -> str:
         """What the search saw of `mean_sum`."""
         return f"{self._sums}mean sum in search [{self.unit}]"
@@ -375,6 +385,8 @@ class Front(Tabled):
                 columns.sigma_sum: values.sigma_sum,
                 columns.mean_error: values.standard_error_mean_sum,
                 columns.sigma_error: values.standard_error_sigma_sum,
+                columns.mean_interval: self.judge.interval * values.standard_error_mean_sum,
+                columns.sigma_interval: self.judge.interval * values.standard_error_sigma_sum,
                 columns.searched_mean_sum: searched.mean_sum,
                 columns.searched_sigma_sum: searched.sigma_sum,
                 NONDOMINATED: self.nondominated,
@@ -494,11 +506,12 @@ class Front(Tabled):
             return plot.objective_grid(frame, kept, today)
 
         values, scale, shown = self.values, self.per_line, self.nondominated
+        interval = self.judge.interval * scale
         return plot.pareto_front(
             values.mean_sum[shown] * scale,
             values.sigma_sum[shown] * scale,
-            values.standard_error_mean_sum[shown] * scale,
-            values.standard_error_sigma_sum[shown] * scale,
+            values.standard_error_mean_sum[shown] * interval,
+            values.standard_error_sigma_sum[shown] * interval,
             None
             if self.baseline.failed[0]
             else (self.baseline.mean_sum[0] * scale, self.baseline.sigma_sum[0] * scale),

@@ -11,7 +11,7 @@ from pymoo.optimize import minimize
 from pymoo.util.ref_dirs import get_reference_directions
 
 import deboom
-from deboom.errors import InputError
+from deboom.errors import DataWarning, InputError
 from deboom.explore.front import common_box
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective
 from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust
@@ -133,6 +133,53 @@ def test_any_exception_of_a_function_is_a_failed_design_with_its_message():
     assert f"{result.n_failed} failed ({result.n_failed} of them with 'KeyError" in front.text
     spread = searched(ROBUST, BUDGET)
     assert spread.failures == {}
+
+
+@pytest.mark.parametrize(
+    ("gives", "words"),
+    [
+        (lambda x: MODEL(x) * (1 + 1j), r"gives .*j.* for 'y1', and a response is a real number"),
+        (lambda x: MODEL(x).astype(str), r"gives .* for 'y1', and a response is a real number"),
+        (lambda x: np.column_stack([MODEL(x)[:, :1], np.full(len(x), None)]), "None for 'y2'"),
+    ],
+    ids=["complex", "text", "none"],
+)
+def test_what_is_no_real_number_is_refused_by_the_name_of_the_response(gives, words):
+    for explore in (deboom.sobol, deboom.morris, deboom.doe):
+        with pytest.raises(InputError, match=words):
+            explore(of(gives).evaluate, SPACE)
+    with pytest.raises(InputError, match=words):
+        deboom.search(of(gives), BUDGET)
+
+
+def test_whole_numbers_and_objects_of_numbers_are_responses():
+    whole = of(lambda x: np.ones((len(x), 2), dtype=object))([np.ones(4)])
+    assert whole.mean.tolist() == [[1.0, 1.0]]
+
+
+def test_a_model_that_does_not_repeat_is_told_by_response_and_size():
+    random = np.random.default_rng(1)
+    noisy = of(lambda x: MODEL(x) + [0.0, 0.05] * random.standard_normal((len(x), 2)))
+    for explore in (
+        lambda: deboom.search(noisy, Search(8, 2)),
+        lambda: deboom.doe(noisy.evaluate, SPACE, n=4),
+        lambda: deboom.sobol(noisy.evaluate, SPACE, n=8),
+        lambda: deboom.morris(noisy.evaluate, SPACE, trajectories=2),
+    ):
+        with pytest.warns(DataWarning, match=r"'y2' differs by 0\.\d+; .* fixed seed"):
+            explore()
+
+
+def test_what_is_not_finite_is_named():
+    """A response, a limited one, and a limited number of the design."""
+    nan = of(lambda x: MODEL(x) * [1.0, np.nan])
+    assert nan([np.ones(4)]).message[0] == "not finite of 16 parts: 'y2' in 16"
+    price = ResponseFunction(
+        lambda x: np.full(len(x), np.nan), MODEL.variable_names, ("price",), "1"
+    )
+    limited = Robust(MODEL, SPACE, SAMPLE, limits=[Objective("mean", response=price).at_most(5.0)])
+    with pytest.raises(InputError, match="the first one with 'not finite: mean, price'"):
+        deboom.search(limited, BUDGET)
 
 
 def test_a_comparison_leaves_out_designs_that_fail_under_new_draws_and_counts_them():

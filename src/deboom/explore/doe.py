@@ -21,11 +21,13 @@ from deboom.explore.space import (
     DesignSpace,
     Evaluate,
     check_fits,
+    check_repeats,
     check_same_names,
     generator,
     responses,
     said,
     sobol_points,
+    whole_number,
 )
 from deboom.tabled import Tabled
 
@@ -33,10 +35,6 @@ SAME = 1e-9
 """Designs closer than this part of the bounds' width in every variable are one design [1]."""
 MOST_CORNERS = 16
 """Variables of the largest full factorial: a plan of more designs is a slip of the keyboard."""
-_CODES: dict[type[Exception], str] = {
-    **dict.fromkeys((ArithmeticError, *ArithmeticError.__subclasses__()), "arithmetic"),
-    np.linalg.LinAlgError: "singular",
-}
 RESERVED = ("doe", "design", "plan", "failure")
 """Columns of a DOE's table that are neither variable nor response."""
 
@@ -154,8 +152,7 @@ class Doe:
     - `designs` (n, k): designs, each once [units of the space].
     - `responses` (n, r): responses, NaN where the design failed [response_unit].
     - `failures`: reason why a design has no responses: ``not finite``, a value that is no number,
-      ``arithmetic`` an arithmetic error, ``singular`` equations without a solution, or the error
-      that the model raised; else empty.
+      or the error that the model raised with its message; else empty.
     - `plan`: plan that the designs came from, in words.
     """
 
@@ -259,16 +256,16 @@ def _repeated(space: DesignSpace, designs: RealArray) -> BoolArray:
 
 
 def _evaluated(evaluate: Evaluate, designs: RealArray) -> tuple[RealArray, list[str]]:
-    """Responses and failure codes; one bad design does not take the others with it."""
+    """Responses and reasons of failures; one bad design does not take the others with it."""
     try:
         values, failure = responses(evaluate, designs), "not finite"
     except Exception as error:
         words = said(error)
         if len(designs) > 1:
             parts = [_evaluated(evaluate, design[np.newaxis]) for design in designs]
-            codes = [code for _, part in parts for code in part]
-            return np.concatenate([part for part, _ in parts]), codes
-        failure = _CODES.get(type(error), words)
+            reasons = [reason for _, part in parts for reason in part]
+            return np.concatenate([part for part, _ in parts]), reasons
+        failure = words
         values = np.full((1, len(evaluate.response_names)), np.nan)
     failed = np.asarray(~np.isfinite(values).all(axis=1))
     values = np.where(failed[:, np.newaxis], np.nan, values)
@@ -377,6 +374,8 @@ def doe(model: Evaluate, space: DesignSpace, *, n: int = 256, seed: int = 1) -> 
     16
     """
     check_fits(model, space)
+    check_repeats(model, space)
+    n = whole_number(n, "n, the number of designs")
     designs = latin_hypercube(space, n, seed=seed)
     run = run_doe(model, space, designs, name="notebook", plan=f"{n} designs, seed {seed}")
     return Experiment(run, getattr(model, "n_lines", 1))

@@ -36,6 +36,8 @@ from deboom.explore.space import (
     check_fits,
     check_same_names,
     checked_model,
+    not_finite,
+    real_numbers,
     responses,
     said,
 )
@@ -524,7 +526,7 @@ class Robust:
             made = self.made(design)
             values = responses(self.evaluate, made)
             if not np.all(np.isfinite(values)):
-                return failed, "a response is not finite"
+                return failed, not_finite(values, self.evaluate.response_names)
             moments = self.prepared(design).moments(values, self.weights)
             mean, sigma, mean_error, sigma_error = moments
             if self.nominal_mean:
@@ -537,7 +539,9 @@ class Robust:
             return failed, said(error)
         statistics = np.concatenate([mean, sigma, [mean_error, sigma_error], objectives])
         if not np.all(np.isfinite(statistics)):
-            return failed, "a statistic of the responses is not finite"
+            names = [entry.name for entry in (*self.objectives, *limited)]
+            lost = [n for n, x in zip(names, objectives, strict=True) if not np.isfinite(x)]
+            return failed, f"not finite: {', '.join(lost) or 'a mean or a sigma'}"
         return statistics, ""
 
     def _number(
@@ -557,9 +561,9 @@ class Robust:
             return objective(values[:, at], mean[at], sigma[at])
         of_designs = hasattr(objective.response, "variable_names")
         given = np.array(made) if of_designs else np.array(values)
-        columns = np.asarray(objective.response(given), dtype=float)
         # a model of its own may have several responses, whose sum or worst counts
-        n_columns = len(getattr(objective.response, "response_names", ("",)))
+        names = getattr(objective.response, "response_names", (objective.name,))
+        columns, n_columns = real_numbers(objective.response(given), names), len(names)
         if columns.size != len(values) * n_columns:
             raise InputError(
                 f"the objective '{objective.name}' gave an array of shape {columns.shape} for "

@@ -49,7 +49,7 @@ from deboom.explore.robust import (
 )
 from deboom.explore.scatter import ToleranceSample
 from deboom.explore.selection import improved, pick
-from deboom.explore.space import DesignSpace, checked_seed
+from deboom.explore.space import DesignSpace, check_repeats, checked_seed
 from deboom.explore.workers import workers_for
 from deboom.progress import progress_shown
 
@@ -750,6 +750,7 @@ def search(
     }
     given = {name: value for name, value in given.items() if value is not None}
     settings = replace(settings, **given)
+    check_repeats(robust.evaluate, robust.space)
     begin = designs_of(first_population)
     if begin is not None and len(begin) < settings.population:
         rest = latin_hypercube(robust.space, settings.population, seed=settings.seed)[len(begin) :]

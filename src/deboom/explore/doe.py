@@ -27,6 +27,7 @@ from deboom.explore.space import (
     responses,
     said,
     sobol_points,
+    units_of,
     whole_number,
 )
 from deboom.tabled import Tabled
@@ -148,7 +149,8 @@ class Doe:
 
     - `name`: name of the model and its purpose.
     - `space`: variables, with bounds around the designs.
-    - `response_names`, `response_unit`: columns of the responses and their unit.
+    - `response_names`, `response_unit`: columns of the responses, and their unit or that of each,
+      see `deboom.ResponseFunction`.
     - `designs` (n, k): designs, each once [units of the space].
     - `responses` (n, r): responses, NaN where the design failed [response_unit].
     - `failures`: reason why a design has no responses: ``not finite``, a value that is no number,
@@ -167,6 +169,14 @@ class Doe:
 
     def __len__(self) -> int:
         return len(self.designs)
+
+    @property
+    def response_labels(self) -> tuple[str, ...]:
+        """Column headers of the responses, ``name [unit]``."""
+        pairs = zip(
+            self.response_names, units_of(self.response_names, self.response_unit), strict=True
+        )
+        return tuple(f"{name} [{unit}]" for name, unit in pairs)
 
     @property
     def failed(self) -> BoolArray:
@@ -220,10 +230,25 @@ def run_doe(
     )
 
 
-def designs_of(given: Any) -> RealArray | None:
-    """Return designs (n, k) as they are, or of a front, an experiment or a run; None for None."""
+def designs_of(given: Any, space: DesignSpace) -> RealArray | None:
+    """Return designs (n, k) as they are, or of a front, an experiment, a run or a table of them.
+
+    - returns: None for None; of a DataFrame the columns of the variables, ``name [unit]`` or
+      ``name``.
+    - raises InputError: a table without one of the variables.
+    """
     if given is None:
         return None
+    if isinstance(given, pd.DataFrame):
+        pairs = zip(space.names, space.labels, strict=True)
+        columns = [label if label in given else name for name, label in pairs]
+        for column, label in zip(columns, space.labels, strict=True):
+            if column not in given:
+                raise InputError(
+                    f"the table of designs has no column '{label}', only "
+                    f"{', '.join(map(str, given.columns))}"
+                )
+        return given[columns].to_numpy(float)
     if isinstance(given, Experiment):
         return given.doe.designs
     given = getattr(given, "front", given)
@@ -289,8 +314,8 @@ def doe_frame(doe: Doe) -> pd.DataFrame:
             "plan": doe.plan,
             **dict(zip(doe.space.labels, doe.designs.T, strict=True)),
             **{
-                f"{name} [{doe.response_unit}]": column
-                for name, column in zip(doe.response_names, doe.responses.T, strict=True)
+                label: column
+                for label, column in zip(doe.response_labels, doe.responses.T, strict=True)
             },
             "failure": list(doe.failures),
         }
@@ -314,10 +339,15 @@ class Experiment(Tabled):
 
     @property
     def table(self) -> pd.DataFrame:
-        """One row per design: variables, responses, their sum, and mean per response and line."""
-        unit, names = self.doe.response_unit, self.doe.response_names
-        table = doe_frame(self.doe)
-        total = table[[f"{name} [{unit}]" for name in names]].sum(axis=1, skipna=False)
+        """One row per design: variables, responses, their sum, and mean per response and line.
+
+        Responses of several units have neither sum nor mean.
+        """
+        unit, *others = dict.fromkeys(units_of(self.doe.response_names, self.doe.response_unit))
+        names, table = self.doe.response_names, doe_frame(self.doe)
+        if others:
+            return table
+        total = table[list(self.doe.response_labels)].sum(axis=1, skipna=False)
         table = table.assign(**{f"sum [{unit}]": total})
         if self.n_lines is None:
             return table

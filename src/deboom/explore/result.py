@@ -39,7 +39,7 @@ from deboom.explore.selection import (
     pick_of_any,
     variables_without_effect,
 )
-from deboom.explore.space import Evaluate, check_same_names
+from deboom.explore.space import Evaluate, check_same_names, units_of
 from deboom.tabled import Tabled
 
 
@@ -372,10 +372,21 @@ class Front(Tabled):
         names: dict[int, list[str]] = {}
         for name, row in self.picks.items():
             names.setdefault(row, []).append(name)
-        columns, searched = FrontColumns(self.model.response_unit), self.searched
+        units = dict.fromkeys(units_of(self.responses, self.model.response_unit))
+        columns, searched = FrontColumns(next(iter(units))), self.searched
         values, n = self.values, len(self.values)
         share, mean = self.survivors.T
         failing = {columns.failed_draws: share, columns.other_draws: mean}
+        if len(units) > 1:  # which nothing adds up
+            return pd.DataFrame(
+                {
+                    POINT: np.arange(1, n + 1),
+                    PICK: [" = ".join(names.get(row, ())) for row in range(n)],
+                    **self._minimised,
+                    NONDOMINATED: self.nondominated,
+                    **({columns.failed_draws: share} if share.any() else {}),
+                }
+            )
         return pd.DataFrame(
             {
                 POINT: np.arange(1, n + 1),
@@ -615,13 +626,47 @@ class Front(Tabled):
         }
 
 
-def verify(front: Front, *, draws: int = 1024, seed: int) -> Front:
+class PymooResult(Protocol):
+    """What pymoo's ``minimize`` returns for a `deboom.RobustProblem`."""
+
+    X: RealArray | None
+    problem: Any
+    algorithm: Any
+    exec_time: float
+
+
+def _front_of(result: PymooResult) -> Front:
+    """Return the designs that pymoo has found as a front that is not verified yet."""
+    robust = getattr(getattr(result, "problem", None), "robust", None)
+    if not isinstance(robust, Robust) or result.X is None:
+        raise InputError(
+            f"{type(result).__name__} is no front: give what deboom.search returns, or the result "
+            "of pymoo's minimize for a deboom.RobustProblem, with designs in its X"
+        )
+    searched = pareto_front(robust(np.unique(np.atleast_2d(result.X), axis=0)))
+    worst = searched.objectives.max(axis=0)
+    algorithm = result.algorithm
+    search = SearchResult(
+        front=searched,
+        evaluated=searched,
+        hypervolume=np.array([hypervolume(searched.objectives, worst)]),
+        reference_point=worst,
+        seed=int(algorithm.seed or 1),
+        seconds=float(result.exec_time),
+        stopped=f"{algorithm.n_gen - 1} generations",
+        algorithm=type(algorithm).__name__,
+    )
+    unverified = Replicates((robust,))
+    return Front(robust=robust, search=search, searched=searched, values=searched, judge=unverified)
+
+
+def verify(front: Front | PymooResult, *, draws: int = 1024, seed: int) -> Front:
     """Evaluate the designs of a front again, with draws that its search never saw.
 
     Parameters
     ----------
-    front : Front
-        As `search` found it.
+    front : Front or pymoo result
+        As `search` found it, or what ``minimize`` of pymoo gives for a `deboom.RobustProblem`.
     draws : int
         Draws of the scatter, a power of two.
     seed : int
@@ -646,6 +691,7 @@ def verify(front: Front, *, draws: int = 1024, seed: int) -> Front:
     >>> bool(deboom.verify(front, draws=512, seed=2).nondominated.any())
     True
     """
+    front = front if isinstance(front, Front) else _front_of(front)
     judge = replicates(front.robust, draws, seed=seed)
     return replace(front, judge=judge, values=verified(front.searched, judge))
 

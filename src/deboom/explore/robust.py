@@ -40,6 +40,7 @@ from deboom.explore.space import (
     real_numbers,
     responses,
     said,
+    units_of,
 )
 
 MOST_OBJECTIVES = 5
@@ -353,6 +354,13 @@ class Robust:
 
     def _check_number(self, number: Objective) -> None:
         names = tuple(self.evaluate.response_names)
+        units = dict.fromkeys(units_of(names, self.evaluate.response_unit))
+        if number.response is None and len(units) > 1:
+            raise InputError(
+                f"'{number.name}' adds or compares responses in {' and '.join(units)}: name the "
+                f"response of each objective and limit, such as Objective('{number.statistic}', "
+                f"response='{names[0]}')"
+            )
         if isinstance(number.response, str) and number.response not in names:
             raise InputError(f"no response '{number.response}': use one of {list(names)}")
 
@@ -382,7 +390,9 @@ class Robust:
     def unit_of(self, number: Objective) -> str:
         """Return the unit of an objective or of a limited number."""
         unit = number.rule.unit or number.unit or getattr(number.response, "response_unit", "")
-        return str(unit or self.evaluate.response_unit)
+        names = tuple(self.evaluate.response_names)
+        at = names.index(number.response) if number.response in names else 0
+        return str(unit or units_of(names, self.evaluate.response_unit)[at])
 
     @property
     def objective_labels(self) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 import pymoo.util
 from pymoo.algorithms.moo.age import AGEMOEA
 from pymoo.algorithms.moo.moead import MOEAD, ParallelMOEAD
@@ -428,7 +429,8 @@ class _Archive(Around):
             change = (self.front.mean_sum.min() - self.today) / self.front.mean.shape[1]
             unit = str(getattr(self._model, "response_unit", "1")).removesuffix("(A)")
             number = f"{change / self.n_lines:+.2g}" + (f" {unit}" if unit != "1" else "")
-            parts.append(f"best mean {number}".replace("-", "−"))
+            if "," not in unit:  # of several units nothing adds up
+                parts.append(f"best mean {number}".replace("-", "−"))
         parts += [f"{n_failed} failed"] if n_failed else []
         parts += [f"{n_worse} beyond limits"] if n_worse else []
         return ", ".join(parts)
@@ -642,7 +644,7 @@ def search(
     seed: int | None = None,
     searches: int | None = None,
     limits: DesignLimits | None = None,
-    first_population: RealArray | Front | None = None,
+    first_population: RealArray | pd.DataFrame | Front | None = None,
     algorithm: str | Algorithm | None = None,
     until: Until | None = None,
     polish: bool | None = None,
@@ -682,7 +684,7 @@ def search(
         Seeds from `seed` upwards, by default one, whose fronts are merged.
     limits : DesignLimits, optional
         What designs must keep.
-    first_population : array, shape (n, k), Front or what `deboom.read_run` gives, optional
+    first_population : array, shape (n, k), DataFrame, Front or what `read_run` gives, optional
         Designs to begin with, any number [units of the space]; a Latin hypercube completes fewer
         than a population.
     algorithm : str or pymoo algorithm, optional
@@ -751,7 +753,7 @@ def search(
     given = {name: value for name, value in given.items() if value is not None}
     settings = replace(settings, **given)
     check_repeats(robust.evaluate, robust.space)
-    begin = designs_of(first_population)
+    begin = designs_of(first_population, robust.space)
     if begin is not None and len(begin) < settings.population:
         rest = latin_hypercube(robust.space, settings.population, seed=settings.seed)[len(begin) :]
         begin = np.vstack([begin, rest])

@@ -32,6 +32,7 @@ from deboom.explore.space import (
     checked_seed,
     responses,
     said,
+    units_of,
     whole_number,
 )
 from deboom.tabled import Tabled
@@ -667,10 +668,12 @@ def _fails(model: Evaluate, design: RealArray) -> bool:
     return False
 
 
-def _with_sum(values: RealArray, names: Sequence[str]) -> tuple[RealArray, tuple[str, ...]]:
-    """Add the sum to several responses."""
-    if len(names) == 1 or np.ptp(values.sum(axis=1)) == 0.0:
-        return values, tuple(names)
+def _with_sum(values: RealArray, model: Evaluate) -> tuple[RealArray, tuple[str, ...]]:
+    """Add the sum to several responses of one unit."""
+    names = tuple(model.response_names)
+    several_units = len(set(units_of(names, model.response_unit))) > 1
+    if len(names) == 1 or several_units or np.ptp(values.sum(axis=1)) == 0.0:
+        return values, names
     return np.column_stack([values, values.sum(axis=1)]), (*names, SUM)
 
 
@@ -720,16 +723,25 @@ class Sensitivities(Tabled):
                 "interaction ± 95 % [1]": indices.interaction_interval,
             }
         else:
+            unit = "see unit" if self._units else self.unit
             columns = {
-                f"mu* [{self.unit}]": indices.mu_star,
-                f"sigma [{self.unit}]": indices.sigma,
-                f"mu* per line [{self.unit}]": indices.mu_star / self.n_lines,
-                f"mu* ± 95 % [{self.unit}]": indices.mu_star_interval,
+                f"mu* [{unit}]": indices.mu_star,
+                f"sigma [{unit}]": indices.sigma,
+                f"mu* per line [{unit}]": indices.mu_star / self.n_lines,
+                f"mu* ± 95 % [{unit}]": indices.mu_star_interval,
             }
         rows = pd.MultiIndex.from_product(
             (indices.factors, indices.outputs), names=("variable", "response")
         ).to_frame(index=False)
+        if self._units and not isinstance(indices, SobolIndices):
+            rows["unit"] = np.tile(self._units, len(indices.factors))
         return rows.assign(**{name: values.ravel() for name, values in columns.items()})
+
+    @property
+    def _units(self) -> tuple[str, ...]:
+        """Unit of each response where they differ."""
+        units = units_of(self.indices.outputs, self.unit) if "," in self.unit else ()
+        return units if len(set(units)) > 1 else ()
 
     @property
     def pair_table(self) -> pd.DataFrame:
@@ -809,7 +821,7 @@ def sobol(
     varied = _varied(space, groups, inputs)
     designs = sobol_designs(varied, n, seed=seed, pairs=second_order)
     values = _values(model, space, inputs, designs)
-    values, outputs = _with_sum(values, model.response_names)
+    values, outputs = _with_sum(values, model)
     names, pairs, alone = varied.factors, None, values
     if second_order:
         pairs = pair_indices(values, names, outputs, seed=seed, n_resamples=resamples)
@@ -881,7 +893,7 @@ def morris(
     varied = _varied(space, groups, inputs)
     designs = morris_designs(varied, trajectories, seed=seed)
     values = _values(model, space, inputs, designs)
-    values, outputs = _with_sum(values, model.response_names)
+    values, outputs = _with_sum(values, model)
     effects = morris_analysis(varied, designs, values, outputs, seed=seed)
     lines = getattr(model, "n_lines", 1)
     return Sensitivities(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numbers
+import re
 import warnings
 import zlib
 from collections.abc import Callable, Sequence
@@ -260,7 +261,8 @@ class ResponseFunction:
     variable_names, response_names : tuple of str
         Name of each column of the designs and of the responses.
     response_unit : str
-        Unit of all responses.
+        Unit of all responses, or one of each, such as ``"dB(A), kg"``: objectives and limits are
+        then of single responses.
     n_lines : int
         Number of lines if each response is a sum over lines, such as SPLV; results then have the
         mean over the lines as well.
@@ -291,7 +293,7 @@ class ResponseFunction:
         try:
             # a function that writes into its argument does not change the designs
             values = real_numbers(
-                self.function(np.array(designs, dtype=float)), self.response_names
+                self.function(self._argument(np.array(designs, dtype=float))), self.response_names
             )
         except (InputError, np.linalg.LinAlgError):
             raise
@@ -302,9 +304,36 @@ class ResponseFunction:
             ) from error
         return values[:, np.newaxis] if values.ndim == len(self.response_names) == 1 else values
 
+    def _argument(self, designs: RealArray) -> Any:
+        """Return designs, as a DataFrame for a regressor that was fitted on one."""
+        fitted_on = getattr(getattr(self.function, "__self__", None), "feature_names_in_", None)
+        if fitted_on is None:
+            return designs
+        from pandas import DataFrame
+
+        columns = {re.sub(r"\s*\[.*\]$", "", str(label)): label for label in fitted_on}
+        if set(columns) != set(self.variable_names):
+            raise InputError(
+                f"the regressor was fitted on the columns {list(fitted_on)}, and the variables are "
+                f"{list(self.variable_names)}: give both the same names"
+            )
+        frame = DataFrame(designs, columns=[columns[name] for name in self.variable_names])
+        return frame[list(fitted_on)]
+
     def design_space(self, *, bounds: float = 0.20, tolerance: float = 0.15) -> DesignSpace:
         """Return the space of factors within 1 ± `bounds`, see `stiffness_factor_space`."""
         return stiffness_factor_space(self.variable_names, bounds, tolerance)
+
+
+def units_of(responses: Sequence[str], unit: str) -> tuple[str, ...]:
+    """Return the unit of each response, such as of ``"dB(A), kg"``; refuse more or fewer."""
+    units = tuple(each.strip() for each in unit.split(","))
+    if len(units) not in (1, len(responses)):
+        raise InputError(
+            f"{len(units)} units '{unit}' of the responses {list(responses)}: give one for all, or "
+            "one for each"
+        )
+    return units * len(responses) if len(units) == 1 else units
 
 
 def responses(evaluate: Evaluate, designs: RealArray) -> RealArray:
@@ -357,7 +386,7 @@ def check_repeats(model: Evaluate, space: DesignSpace) -> None:
     change = np.nan_to_num(np.abs(second - first))
     if np.any(change > SAME_TWICE * np.abs(first)):
         row = int(change.argmax())
-        unit = "" if model.response_unit == "1" else f" {model.response_unit}"
+        unit = f" {units_of(model.response_names, model.response_unit)[row]}".removesuffix(" 1")
         warnings.warn(
             f"the model does not repeat: called twice with today's design, "
             f"'{model.response_names[row]}' differs by {change[row]:.3g}{unit}; "
@@ -397,6 +426,7 @@ def checked_model(model: Evaluate) -> Evaluate:
             "deboom.ResponseFunction(function, variable_names, response_names, response_unit); of "
             "a scikit-learn regressor the function is its predict"
         )
+    units_of(model.response_names, model.response_unit)
     return model
 
 

@@ -505,7 +505,7 @@ def readable_runs(
     return tuple(entries), tuple(damaged)
 
 
-def read_run(folder: str | Path) -> RunEntry:
+def read_run(folder: str | Path | RunEntry) -> RunEntry:
     """Return the run of a folder, or of a page or file in it, or by its name in ``results`` here.
 
     A name may be cut short where one run alone begins so.
@@ -514,7 +514,8 @@ def read_run(folder: str | Path) -> RunEntry:
     ----------
     folder : str or Path
         Folder of a run, a file in it, the name of a run, or ``<folder of a study>/latest`` for its
-        run that began last and has finished; ``latest`` for that of any study in ``results``.
+        run that began last and has finished; ``latest`` for that of any study in ``results``. What
+        `save_run` gives is such a run already.
 
     Returns
     -------
@@ -538,6 +539,8 @@ def read_run(folder: str | Path) -> RunEntry:
     ...
     deboom.errors.InputError: nowhere is no run folder: ...
     """
+    if isinstance(folder, RunEntry):
+        return folder
     folder = latest_run(Path(folder))
     named = [] if folder.exists() else _runs_named(folder)
     if len(named) > 1:

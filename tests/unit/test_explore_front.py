@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import deboom
 from deboom.errors import InputError
 from deboom.explore import selection
 from deboom.explore.front import (
@@ -631,3 +632,53 @@ def test_a_front_of_three_objectives_is_thinned_in_its_box_too():
     ]
     np.testing.assert_array_equal(stay[1], stay[0])
     np.testing.assert_array_equal(stay[2], stay[0])
+
+
+L_SHAPE = np.array(
+    [[0.0, 10.0], [0.2, 6.0], [0.4, 2.0], [1.0, 1.6], [2.0, 1.0], [3.0, 0.5], [4.0, 0]]
+)
+"""A front in two units whose third design is its corner."""
+
+
+def test_decisions_on_a_front_by_hand():
+    assert selection.knee(L_SHAPE) == 2
+    assert selection.nearest_to_ideal(L_SHAPE) == 2
+    assert selection.nearest_to_ideal(L_SHAPE * [1e6, 1e-6]) == 2
+    with pytest.raises(InputError, match="no knee"):
+        selection.knee(L_SHAPE[:2])
+    # it misses by 0.2 of 4 and 1 of 10, of which the worse is the least of all
+    assert selection.nearest_to_reference(L_SHAPE, np.array([0.8, 0.6])) == 3
+    # it can be beaten: the margins 0.3/4 and 1/10 of the ranges are the largest least ones
+    assert selection.nearest_to_reference(L_SHAPE, np.array([0.7, 3.0])) == 2
+    # the first alone, the second alone, both alike
+    ends = [selection.nearest_to_weights(L_SHAPE, np.array(each)) for each in ([1.0, 0], [0, 1.0])]
+    assert ends == [0, 6]
+    assert selection.nearest_to_weights(L_SHAPE, np.array([2.0, 2.0])) == 2
+    # desirabilities of the third: 0.8 and 0.8; of the fifth 0 in the first
+    desired, unacceptable = np.array([0.0, 0.0]), np.array([2.0, 10.0])
+    assert selection.most_desirable(L_SHAPE, desired, unacceptable) == 2
+    with pytest.raises(InputError, match=r"not acceptable .*: ease"):
+        selection.most_desirable(L_SHAPE, desired - 9.0, desired)
+
+
+def test_a_front_is_asked_for_a_design_by_columns_of_its_table():
+    model = quad2(4, seed=1)
+    robust = Robust(model, stiffness_factor_space(model.variable_names), draws=16)
+    front = deboom.search(robust, population=20, generations=10, verified_with=16, polish=False)
+    mean, sigma = "mean sum [1]", "sigma sum [1]"
+    shown = front.table[front.nondominated]
+    assert front.pick("best-mean") == front.picks["best-mean"]
+    assert front.pick(weights={mean: 1, sigma: 0}) == shown[mean].idxmin()
+    assert front.pick(reference={mean: shown[mean].max(), sigma: 0.0}) == shown[sigma].idxmin()
+    ends = {name: (shown[name].min(), shown[name].max()) for name in (mean, sigma)}
+    compromise = front.table.loc[front.pick(desired=ends)]
+    assert all(low < compromise[name] < high for name, (low, high) in ends.items())
+    assert front.nondominated[front.pick("nearest")]
+    for words, question in (
+        ("one of: 'knee', 'nearest'", {}),
+        ("one of: 'knee', 'nearest'", {"rule": "knee", "weights": {mean: 1.0}}),
+        ("there is no pick 'best'", {"rule": "best"}),
+        ("has no column 'mean' with numbers", {"weights": {"mean": 1.0}}),
+    ):
+        with pytest.raises(InputError, match=words):
+            front.pick(**question)

@@ -35,6 +35,11 @@ from deboom.explore.robust import Robust, RobustValues, joined
 from deboom.explore.selection import (
     ByPick,
     at_nominal,
+    knee,
+    most_desirable,
+    nearest_to_ideal,
+    nearest_to_reference,
+    nearest_to_weights,
     pick,
     pick_of_any,
     variables_without_effect,
@@ -317,6 +322,81 @@ class Front(Tabled):
         if names:
             picks |= pick_of_any(self.values, names, self.baseline)
         return picks
+
+    def pick(
+        self,
+        rule: str | None = None,
+        *,
+        reference: Mapping[str, float] | None = None,
+        weights: Mapping[str, float] | None = None,
+        desired: Mapping[str, tuple[float, float]] | None = None,
+    ) -> int:
+        """Return the row of one design, chosen by a rule on verified values.
+
+        Columns are those of `table` that are to be small, such as ``mean per line and vehicle
+        [dB(A)]``; without any, the objectives count. Only designs that no other one beats and that
+        keep all limits are chosen.
+
+        Parameters
+        ----------
+        rule : str, optional
+            ``"knee"``: where a little of one objective costs most of the others; ``"nearest"``: to
+            the best of each; one of `picks` by its name.
+        reference : mapping of str to float, optional
+            What is wanted of each column [its unit]: the design that misses it least, or beats it
+            most, in the worst column.
+        weights : mapping of str to float, optional
+            How much each column counts [1].
+        desired : mapping of str to (float, float), optional
+            Value of each column that is fully desired, and the larger one from which it is not
+            acceptable [its unit].
+
+        Returns
+        -------
+        int
+            Row of the design: ``front.table.iloc[row]``, ``front.designs().iloc[row]``.
+
+        Raises
+        ------
+        InputError
+            None of these, or several; a column that is not there or is no number; a front without a
+            knee; desires that no design meets.
+        """
+        given = [each for each in (reference, weights, desired) if each is not None]
+        if len(given) + (rule is not None) != 1:
+            raise InputError(
+                "a design is picked by one of: 'knee', 'nearest', a name of front.picks, "
+                "reference=, weights= or desired="
+            )
+        if rule is not None and rule not in ("knee", "nearest"):
+            return self.picks[rule]
+        rows = np.flatnonzero(self.nondominated & self.values.feasible)
+        if rows.size == 0:
+            raise InputError("no design of this front keeps all limits: there is nothing to pick")
+        values = self._columns(list(given[0]) if given else [])[rows]
+        if rule is not None:
+            row = knee(values) if rule == "knee" else nearest_to_ideal(values)
+        elif reference is not None:
+            row = nearest_to_reference(values, np.array(list(reference.values()), dtype=float))
+        elif weights is not None:
+            row = nearest_to_weights(values, np.array(list(weights.values()), dtype=float))
+        else:
+            best, worst = np.array(list((desired or {}).values()), dtype=float).T
+            row = most_desirable(values, best, worst)
+        return int(rows[row])
+
+    def _columns(self, names: Sequence[str]) -> RealArray:
+        """Return columns of the table as numbers, (n, m); the objectives without names."""
+        if not names:
+            return self.values.objectives
+        numbers = self.table.select_dtypes("number").drop(columns=POINT)
+        for name in names:
+            if name not in numbers.columns:
+                raise InputError(
+                    f"the table of this front has no column '{name}' with numbers: take some of "
+                    f"{', '.join(map(str, numbers))}"
+                )
+        return numbers[list(names)].to_numpy(float)
 
     @cached_property
     def without_effect(self) -> tuple[str, ...]:

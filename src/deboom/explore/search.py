@@ -1,4 +1,4 @@
-"""The search, and the only module with pymoo: any algorithm, resume, descents, verification."""
+"""The search by any algorithm of pymoo: resume, descents, verification."""
 
 from __future__ import annotations
 

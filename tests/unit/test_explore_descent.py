@@ -107,6 +107,29 @@ def test_what_decides_between_few_and_many_designs_is_what_the_text_says():
     assert best.value > 0.0
 
 
+def test_a_search_of_a_notebook_goes_on_where_it_was_interrupted(tmp_path, monkeypatch):
+    """Nothing that was computed is computed again: neither a generation nor the descents."""
+    whole = deboom.search(ROBUST, **BUDGET)
+    kept = deboom.CheckpointFolder(str(tmp_path / "search"))
+
+    def interrupted(*_args, **_changes):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(search_module, "replicates", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            deboom.search(ROBUST, **BUDGET, checkpoint=kept)
+    with monkeypatch.context() as patch:
+        patch.setattr(search_module, "converged_front", interrupted)
+        again = deboom.search(ROBUST, **BUDGET, checkpoint=kept)
+        other = replace(ROBUST, sample=sobol_sample(4, 16, seed=2))
+        with pytest.raises(InputError, match="by another model or with other draws"):
+            deboom.search(other, **BUDGET, checkpoint=kept)
+    for mine, theirs in ((again.values, whole.values), (again.searched, whole.searched)):
+        np.testing.assert_array_equal(mine.designs, theirs.designs)
+        np.testing.assert_array_equal(mine.objectives, theirs.objectives)
+
+
 def test_a_saved_run_is_compared_like_the_front_that_it_keeps(tmp_path):
     front = deboom.search(ROBUST, population=8, generations=2, verified_with=16)
     run = deboom.save_run(front, tmp_path)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import deepcopy
@@ -74,7 +75,10 @@ class Store(Protocol):
         """Return the facts; None before they were first saved."""
 
     def keep(self, number: int, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Keep the evaluations of one generation by name; the first is number 1."""
+        """Keep the evaluations of one generation by name; the first is number 1.
+
+        Number 0 is what descents found.
+        """
 
     def kept(self, number: int) -> Mapping[str, npt.NDArray[Any]] | None:
         """Return the evaluations of one generation; None if they were not kept."""
@@ -414,7 +418,13 @@ class _Archive(Around):
         number = len(self.generations) + 1
         kept = self.store.kept(number)
         if kept is not None and np.array_equal(kept["designs"], designs):
-            return kept_values(kept)
+            values = kept_values(kept)
+            if number == 1 and not _agrees(self.robust, values):
+                raise InputError(
+                    "what was kept was computed by another model or with other draws: its first "
+                    "design has other values now; go on with the former or start anew"
+                )
+            return values
         values = self.robust(designs)
         columns = (column.name for column in fields(RobustValues))
         self.store.keep(number, {name: getattr(values, name) for name in columns})
@@ -711,8 +721,9 @@ def search(
         True shows a line in a notebook or terminal: ``generation 8 of 30, best mean −2.7 dB, 12 s
         left``. A callable gets the number of each generation, their count and a line of text.
     checkpoint : callable, optional
-        Returns where the search of a seed is kept, such as a
-        `deboom.files.run_folder.CheckpointFolder`.
+        Returns where the search of a seed is kept, such as
+        ``deboom.CheckpointFolder("my_search")``: called again, an interrupted search goes on from
+        there, descents included.
 
     Returns
     -------
@@ -774,7 +785,14 @@ def search(
             checkpoint=checkpoint,
         )
         if converges:
-            result = _with_descents(robust, limits, result, seed=settings.seed, progress=told)
+            result = _with_descents(
+                robust,
+                limits,
+                result,
+                seed=settings.seed,
+                progress=told,
+                store=checkpoint(settings.seed) if checkpoint else None,
+            )
     rows = result.front
     if shown is not None:
         picked = _picked(robust, result.evaluated, polish=gradients)
@@ -816,25 +834,46 @@ def _with_descents(
     *,
     seed: int,
     progress: Progress | None,
+    store: Store | None,
 ) -> SearchResult:
-    """Return a search whose front has converged by descents, which join its archive."""
+    """Return a search whose front has converged by descents, which join its archive.
+
+    - `store`, optional: where they are kept, as number 0, and taken from where they are the same.
+    """
     begun = time.perf_counter()
     limited = limits is not None or robust.limits is not None
-    values = converged_front(
-        robust,
-        seed=seed,
-        limits=limits,
-        begin=np.asarray(result.front.designs) if limited else None,
-        progress=progress,
-    )
+    begin = np.asarray(result.front.designs) if limited else None
+    mark = 0 if begin is None else zlib.crc32(begin.tobytes())
+    values = _kept_descents(robust if limits is None else limits.around(robust), store, mark)
+    if values is None:
+        values = converged_front(robust, seed=seed, limits=limits, begin=begin, progress=progress)
+        if store is not None and len(values):
+            columns = {each.name: getattr(values, each.name) for each in fields(RobustValues)}
+            store.keep(0, {**columns, "began": np.full(len(values), mark)})
     return replace(
         result,
         front=pareto_front(result.front, values),
         evaluated=joined([result.evaluated, values]),
-        converged=True,
+        converged=robust.n_objectives == 2,
         seeds=(),
         seconds=result.seconds + time.perf_counter() - begun,
     )
+
+
+def _kept_descents(robust: RobustEvaluation, store: Store | None, mark: int) -> RobustValues | None:
+    """Return what descents found before; None unless they began alike, with the same model."""
+    kept = None if store is None else store.kept(0)
+    if kept is None or not np.all(kept.get("began", np.array([-1])) == mark):
+        return None
+    values = kept_values(kept)
+    return values if _agrees(robust, values) else None
+
+
+def _agrees(robust: RobustEvaluation, values: RobustValues) -> bool:
+    """Say whether a response gives the first of kept values again."""
+    first = chosen(values, [0])
+    again = robust(first.designs).objectives
+    return bool(np.allclose(again, first.objectives, rtol=1e-6, atol=0.0, equal_nan=True))
 
 
 def _smooth(robust: Robust) -> bool:

@@ -831,17 +831,40 @@ class CheckpointFolder:
     Every file appears complete or not at all, whenever the process is killed. The folder is made
     with the first file.
 
-    - `folder`: of this search alone; its parent exists.
-    - `inputs_sha256`: input files of the search and their hashes, such as `hash_files` gives; None
-      where it is only looked at.
-    - raises InputError: the folder holds a search with other inputs: the sentence names the first
-      such file; or a link leads out of it.
+    Parameters
+    ----------
+    folder : str or Path
+        Of this search alone.
+    inputs_sha256 : mapping of str to str, optional
+        Input files of the search and their hashes, such as `hash_files` gives; None where there are
+        none, as in a notebook, or where it is only looked at.
+
+    Raises
+    ------
+    InputError
+        The folder holds a search with other inputs: the sentence names the first such file; or a
+        link leads out of it.
+
+    Examples
+    --------
+    >>> import deboom, tempfile
+    >>> model = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a",), ("y",), "dB")
+    >>> robust = deboom.Robust(model, model.design_space(), draws=64)
+    >>> kept = deboom.CheckpointFolder(tempfile.mkdtemp())
+    >>> front = deboom.search(robust, population=8, generations=4, checkpoint=kept)
+    >>> (kept(1).folder / "search.json").is_file()
+    True
     """
 
     folder: Path
     inputs_sha256: Mapping[str, str] | None = None
 
+    def __call__(self, seed: int) -> CheckpointFolder:
+        """Return the folder in this one of the search of a seed, as `deboom.search` asks for it."""
+        return CheckpointFolder(self.folder / f"seed{seed}", self.inputs_sha256)
+
     def __post_init__(self) -> None:
+        object.__setattr__(self, "folder", Path(self.folder))
         then, now = self._stated(INPUTS, _Inputs), self.inputs_sha256
         if then is None or now is None:
             return
@@ -864,7 +887,7 @@ class CheckpointFolder:
         return self._stated(SEARCH, _SearchFacts)
 
     def keep(self, number: int, arrays: Mapping[str, AnyArray]) -> None:
-        """Keep the evaluations of one generation, from number 1."""
+        """Keep the evaluations of one generation, from number 1; 0 is what descents found."""
         stream = io.BytesIO()
         np.savez(stream, allow_pickle=False, **arrays)
         self._write(f"evaluations/{number:06d}.npz", stream.getvalue())

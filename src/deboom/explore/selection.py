@@ -6,7 +6,8 @@ Decisions on a front are pymoo's, whose import takes long and waits until one is
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, TypeVar
 
@@ -144,6 +145,14 @@ def pick_of_any(
     return picks
 
 
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep pymoo's decisions from silencing all warnings, and from telling of an old import."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
 def _scaled(values: RealArray) -> RealArray:
     """Return columns from 0, the best of a front, to 1."""
     span = np.ptp(values, axis=0)
@@ -165,8 +174,7 @@ def knee(values: RealArray) -> int:
     """
     scaled, rows = _scaled(values), None
     if len(values) > 2:
-        with warnings.catch_warnings(), np.errstate(all="ignore"):  # pymoo silences all warnings
-            warnings.simplefilter("ignore")
+        with _quiet(), np.errstate(all="ignore"):
             from pymoo.mcdm.high_tradeoff import HighTradeoffPoints
 
             rows = HighTradeoffPoints()(scaled)
@@ -199,8 +207,8 @@ def nearest_to_weights(values: RealArray, weights: RealArray) -> int:
     the columns (`pymoo.mcdm.pseudo_weights`; K. Deb, "Multi-objective optimization using
     evolutionary algorithms", 2001).
     """
-    from pymoo.mcdm.pseudo_weights import PseudoWeights
-
+    with _quiet():
+        from pymoo.mcdm.pseudo_weights import PseudoWeights
     if len(values) == 1:
         return 0
     return int(PseudoWeights(weights / weights.sum())(_scaled(values)))

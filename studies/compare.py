@@ -5,8 +5,8 @@ each model gives a verdict. Runs that differ only in their seed show the influen
 or more seeds of each configuration give a clear verdict. Runs of different platforms, and run
 folders with edited files, are refused.
 
-Keys of summary.json: n_runs, n_configurations, n_pairs, n_real, n_within_noise, n_not_decided;
-first, second (the first pair), verdict, hypervolume_difference_percent, noise_percent,
+Keys of summary.json: n_runs, n_configurations, n_pairs, n_real, n_within_noise, n_not_decided,
+n_equal; first, second (the first pair), verdict, hypervolume_difference_percent, noise_percent,
 level_difference (of that pair); hypervolume_percent_<configuration>. For runs of different models
 these keys begin with judge_1_, judge_2_ and so on, verdict is the verdict over all models, and
 n_judges is their number.

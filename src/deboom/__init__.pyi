@@ -37,6 +37,7 @@ from .files.electric_car import read_electric_car as read_electric_car
 from .files.inertance_test import read_inertance_test as read_inertance_test
 from .files.operating_test import read_operating_test as read_operating_test
 from .files.platform import read_platform as read_platform
+from .files.run_folder import CheckpointFolder as CheckpointFolder
 from .files.run_folder import read_run as read_run
 from .files.run_folder import save_run as save_run
 from .files.uff import read_uff as read_uff

@@ -69,13 +69,32 @@ def _in_a_notebook() -> bool:
     return type(sys.stderr).__module__.startswith("ipykernel.")
 
 
+def announce(title: str, step: Callable[[], object], steps: float) -> None:
+    """Say on standard error how long a computation takes before it begins.
+
+    - `title`: what will be done.
+    - `step`: what it does `steps` times, or as much in all; the second of two is timed, since the
+      first may compile.
+    """
+    step()
+    begun = time.perf_counter()
+    step()
+    seconds = steps * (time.perf_counter() - begun)
+    print(f"{title}: takes about {_in_words(max(seconds, 1.0))}", file=sys.stderr, flush=True)
+
+
 def _left(seconds: float) -> str:
-    """Say what time is left, to a figure that can be believed."""
+    """Say what time is left."""
+    return f"{_in_words(seconds)} left"
+
+
+def _in_words(seconds: float) -> str:
+    """Return a time to a figure that can be believed."""
     if seconds < 2 * MINUTE:
-        return f"{seconds:.0f} s left"
+        return f"{seconds:.0f} s"
     if seconds < 2 * HOUR:
-        return f"{seconds / MINUTE:.0f} min left"
-    return f"{seconds / HOUR:.1f} h left"
+        return f"{seconds / MINUTE:.0f} min"
+    return f"{seconds / HOUR:.1f} h"
 
 
 def counted(

@@ -3,15 +3,20 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.optimize import minimize
 from pymoo.util.ref_dirs import get_reference_directions
+from scipy.optimize import OptimizeResult
+from sklearn.linear_model import LinearRegression
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import StandardScaler
 
 import deboom
-from deboom.errors import InputError
+from deboom.errors import DataWarning, InputError
 from deboom.explore.front import common_box
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective
 from deboom.explore.robust import Robust
@@ -135,6 +140,108 @@ def test_any_exception_of_a_function_is_a_failed_design_with_its_message():
     assert f"{result.n_failed} failed ({result.n_failed} of them with 'KeyError" in front.text
     spread = searched(ROBUST, BUDGET)
     assert spread.failures == {}
+
+
+@pytest.mark.parametrize(
+    ("gives", "words"),
+    [
+        (lambda x: MODEL(x) * (1 + 1j), r"gives .*j.* for 'y1', and a response is a real number"),
+        (lambda x: MODEL(x).astype(str), r"gives .* for 'y1', and a response is a real number"),
+        (lambda x: np.column_stack([MODEL(x)[:, :1], np.full(len(x), None)]), "None for 'y2'"),
+    ],
+    ids=["complex", "text", "none"],
+)
+def test_what_is_no_real_number_is_refused_by_the_name_of_the_response(gives, words):
+    for explore in (deboom.sobol, deboom.morris, deboom.doe):
+        with pytest.raises(InputError, match=words):
+            explore(of(gives).evaluate, SPACE)
+    with pytest.raises(InputError, match=words):
+        deboom.search(of(gives), BUDGET)
+
+
+def test_whole_numbers_and_objects_of_numbers_are_responses():
+    whole = of(lambda x: np.ones((len(x), 2), dtype=object))([np.ones(4)])
+    assert whole.mean.tolist() == [[1.0, 1.0]]
+
+
+def test_a_model_that_does_not_repeat_is_told_by_response_and_size():
+    random = np.random.default_rng(1)
+    noisy = of(lambda x: MODEL(x) + [0.0, 0.05] * random.standard_normal((len(x), 2)))
+    for explore in (
+        lambda: deboom.search(noisy, Search(8, 2)),
+        lambda: deboom.doe(noisy.evaluate, SPACE, n=4),
+        lambda: deboom.sobol(noisy.evaluate, SPACE, n=8),
+        lambda: deboom.morris(noisy.evaluate, SPACE, trajectories=2),
+    ):
+        with pytest.warns(DataWarning, match=r"'y2' differs by 0\.\d+; .* fixed seed"):
+            explore()
+
+
+def test_what_is_not_finite_is_named():
+    """A response, a limited one, and a limited number of the design."""
+    nan = of(lambda x: MODEL(x) * [1.0, np.nan])
+    assert nan([np.ones(4)]).message[0] == "not finite of 16 parts: 'y2' in 16"
+    price = ResponseFunction(
+        lambda x: np.full(len(x), np.nan), MODEL.variable_names, ("price",), "1"
+    )
+    limited = Robust(MODEL, SPACE, SAMPLE, limits=[Objective("mean", response=price).at_most(5.0)])
+    with pytest.raises(InputError, match="the first one with 'not finite: mean, price'"):
+        deboom.search(limited, BUDGET)
+
+
+def test_a_level_and_a_mass_are_responses_of_one_model():
+    def car(designs):
+        return np.column_stack([60.0 + ((designs - 0.9) ** 2).sum(axis=1), designs.sum(axis=1)])
+
+    names = MODEL.variable_names
+    model = ResponseFunction(car, names, ("level", "mass"), "dB(A), kg")
+    aims = [Objective("mean", response=name) for name in model.response_names]
+    robust = Robust(model, SPACE, SAMPLE, objectives=aims, limits=[aims[1].at_most(4.0)])
+    assert robust.objective_labels == ("mean, level [dB(A)]", "mean, mass [kg]")
+    front = deboom.search(robust, BUDGET, verified_with=16)
+    assert {"mean, level [dB(A)]", "mean, mass [kg]"} <= set(front.table)
+    assert not [name for name in front.table if "sum" in name]
+    assert (front.table["mean, mass [kg]"] <= 4.01).all()
+    assert front.hypervolume_label == "hypervolume [dB·kg]"
+    with pytest.raises(
+        InputError, match=r"'mean, sum' adds or compares responses in dB\(A\) and kg"
+    ):
+        Robust(model, SPACE, SAMPLE)
+    table = deboom.doe(model, SPACE, n=8).table
+    assert list(table)[-3:] == ["level [dB(A)]", "mass [kg]", "failure"]
+    effects = deboom.morris(model, SPACE, trajectories=2).table
+    assert effects["unit"].tolist() == ["dB(A)", "kg"] * 4
+    assert set(deboom.sobol(model, SPACE, n=8).table["response"]) == {"level", "mass"}
+    with pytest.raises(InputError, match="3 units 'm, s, kg' of the responses"):
+        deboom.doe(replace(model, response_unit="m, s, kg"), SPACE, n=8)
+
+
+def test_a_front_of_pymoo_is_verified_and_a_table_of_designs_begins_a_search():
+    result = minimize(RobustProblem(ROBUST), NSGA2(20), ("n_gen", 5), seed=1)
+    front = deboom.verify(result, draws=64, seed=2)
+    assert len(front.table) == len(np.unique(result.X, axis=0))
+    assert np.sort(front.searched.objectives[:, 0]) == pytest.approx(np.sort(result.F[:, 0]))
+    assert front.judge.n_samples == 64
+    with pytest.raises(InputError, match="OptimizeResult is no front: give what"):
+        deboom.verify(OptimizeResult(), seed=1)
+    table = front.designs()
+    again = deboom.search(ROBUST, BUDGET, generations=1, first_population=table, polish=False)
+    first = again.search.evaluated.designs[: len(table)]
+    np.testing.assert_array_equal(first, front.values.designs)
+    with pytest.raises(InputError, match=r"has no column 'x2 \[1\]'"):
+        deboom.search(ROBUST, BUDGET, first_population=table.drop(columns="x2 [1]"))
+
+
+def test_a_regressor_that_was_fitted_on_a_table_gets_tables(recwarn):
+    rows = np.random.default_rng(1).random((30, 4))
+    names = MODEL.variable_names
+    frame = pd.DataFrame(rows, columns=list(names))[list(names[::-1])]
+    fitted = make_pipeline(StandardScaler(), LinearRegression()).fit(frame, MODEL(rows))
+    model = ResponseFunction(fitted.predict, names, MODEL.response_names, "1")
+    assert model(rows) == pytest.approx(fitted.predict(frame))
+    assert not [entry for entry in recwarn if "feature names" in str(entry.message)]
+    with pytest.raises(InputError, match="give both the same names"):
+        replace(model, variable_names=tuple("abcd"))(rows)
 
 
 def test_a_comparison_leaves_out_designs_that_fail_under_new_draws_and_counts_them():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import deboom
+from deboom.errors import InputError
 from deboom.explore import descent
 from deboom.explore import search as search_module
 from deboom.explore.descent import converged_front, is_smooth, objectives_and_gradients
@@ -80,15 +81,65 @@ def test_the_gap_that_a_generation_leaves_is_a_mean_over_sigma_in_decibel():
     assert front.convergence_picture().axes[0].get_ylabel() == "gap left [dB]"
 
 
-def test_one_search_of_few_and_one_of_many_designs_are_not_decided():
-    few, many = (
-        deboom.search(ROBUST, population=n, generations=n, verified_with=16, polish=False)
-        for n in (16, 40)
-    )
-    verdict = deboom.compare(few, many, draws=64)
+def test_what_decides_between_few_and_many_designs_is_what_the_text_says():
+    """Single searches do not; three seeds do, merged or in a list; a converged front does alone."""
+
+    def searches(n, **changes):
+        return deboom.search(
+            ROBUST, population=n, generations=n, verified_with=16, polish=False, **changes
+        )
+
+    few, many = searches(16), searches(40)
+    verdict = deboom.compare(few, many, draws=512)
     assert verdict.verdict.value == "not decided"
     assert verdict.noise > abs(verdict.value) > 0.0
-    assert "what would decide: 3 seeds of each (searches=3)" in verdict.text
+    advice = "what would decide: 3 seeds of the first and the second, searched with searches=3"
+    assert advice in verdict.text
+    thrice = [searches(n, searches=3) for n in (16, 40)]
+    seeds = [[searches(n, seed=seed) for seed in (1, 2, 3)] for n in (16, 40)]
+    converged = deboom.search(ROBUST, population=8, generations=2, verified_with=16)
+    for first, second in (thrice, seeds):
+        decided = deboom.compare(first, second, draws=512)
+        assert decided.verdict.value == "within noise"
+        assert decided.noise < 1.0
+    best = deboom.compare(converged, searches(8), draws=512)
+    assert best.verdict.value == "real difference"
+    assert best.value > 0.0
+
+
+def test_a_search_of_a_notebook_goes_on_where_it_was_interrupted(tmp_path, monkeypatch):
+    """Nothing that was computed is computed again: neither a generation nor the descents."""
+    whole = deboom.search(ROBUST, **BUDGET)
+    kept = deboom.CheckpointFolder(str(tmp_path / "search"))
+
+    def interrupted(*_args, **_changes):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(search_module, "replicates", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            deboom.search(ROBUST, **BUDGET, checkpoint=kept)
+    with monkeypatch.context() as patch:
+        patch.setattr(search_module, "converged_front", interrupted)
+        again = deboom.search(ROBUST, **BUDGET, checkpoint=kept)
+        other = replace(ROBUST, sample=sobol_sample(4, 16, seed=2))
+        with pytest.raises(InputError, match="by another model or with other draws"):
+            deboom.search(other, **BUDGET, checkpoint=kept)
+    for mine, theirs in ((again.values, whole.values), (again.searched, whole.searched)):
+        np.testing.assert_array_equal(mine.designs, theirs.designs)
+        np.testing.assert_array_equal(mine.objectives, theirs.objectives)
+
+
+def test_a_saved_run_is_compared_like_the_front_that_it_keeps(tmp_path):
+    front = deboom.search(ROBUST, population=8, generations=2, verified_with=16)
+    run = deboom.save_run(front, tmp_path)
+    assert run.front.converged
+    assert deboom.compare(front, run, draws=64).verdict.value == "equal fronts"
+    assert deboom.compare([run], [front], draws=64).verdict.value == "equal fronts"
+    with pytest.raises(InputError, match="one of them from deboom"):
+        deboom.compare(run, run)
+    with pytest.raises(InputError, match="needs a front on each side"):
+        deboom.compare(front, [])
 
 
 def test_of_three_objectives_the_best_of_each_is_that_of_a_search_of_two():

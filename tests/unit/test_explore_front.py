@@ -5,14 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import deboom
 from deboom.errors import InputError
 from deboom.explore import selection
 from deboom.explore.front import (
     Contestant,
     FrontVerdict,
+    JudgedFront,
     common_box,
     coverage,
     difference,
+    front_difference,
     hypervolume,
     last_gain,
     level_gap,
@@ -250,20 +253,121 @@ def test_level_gap_is_the_shift_in_the_first_objective():
 
 
 def test_the_noise_of_a_difference_by_hand():
-    pair = Contestant("pair", np.ones((2, 3)), np.array([0.3, 0.4]))
-    assert pair.search_noise == (pytest.approx(np.sqrt((0.09 + 0.16) / 2 / 2)), np.inf)
+    pair = Contestant("pair", np.ones((2, 3)), np.array([0.3, 0.4]), np.array([2.0, 3.0]))
+    assert pair.search_noise == [(pytest.approx(np.sqrt((0.09 + 0.16) / 2 / 2)), 5.0)]
     assert last_gain(np.array([1.0, 3.0])) == 2.0
-    first = Contestant("first", np.array([[1.1, 1.3, 1.5]]), np.zeros(1))
-    row = difference(first, replace(pair, progress=np.zeros(2))).table.iloc[0]
-    # 0.1, 0.3 and 0.5 under three sets; Student's t of two degrees of freedom
-    noise = 9.92484 * 20.0 / np.sqrt(3)
-    assert row.tolist() == [pytest.approx(30.0), pytest.approx(noise, rel=1e-5), "not decided"]
+    first = Contestant("first", np.array([[1.1, 1.2, 1.3]]), np.zeros(1), np.full(1, np.inf))
+    row = difference(first, replace(pair, noise=np.zeros(2))).table.iloc[0]
+    # 0.1, 0.2 and 0.3 under three sets; Student's t of two degrees of freedom
+    noise = 9.92484 * 10.0 / np.sqrt(3)
+    assert row.tolist() == [pytest.approx(20.0), pytest.approx(noise, rel=1e-5), "not decided"]
     spread = np.arange(3.0)[:, None]
     thrice = [
-        Contestant(front.name, front.merit[:1] + spread, np.zeros(3)) for front in (first, pair)
+        Contestant(side.name, side.merit[:1] + spread, np.zeros(3), np.full(3, np.inf))
+        for side in (first, pair)
     ]
     assert difference(*thrice).verdict is FrontVerdict.noise
-    assert "3 seeds of each" in difference(first, pair).text
+    assert thrice[0].search_noise[0] == (pytest.approx(1.0 / np.sqrt(3)), 2.0)
+    assert replace(thrice[0], least=0.3).search_noise[1] == (
+        pytest.approx(0.3 / np.sqrt(3)),
+        np.inf,
+    )
+    assert difference(first, pair).too_few == ("first", "pair")
+    assert difference(first, thrice[1]).too_few == ("first",)
+
+
+CIRCLE = 1.0 - (1.0 - np.pi / 4.0) / 1.1**2
+"""Share of its own box, up to the reference point, that the quarter circle dominates."""
+
+
+def curve(*, n=1500, shift=0.0, converged=True, **changes):
+    """Return a quarter circle from (0, 1) to (1, 0), under eight sets that differ a little."""
+    angle = np.linspace(0.0, np.pi / 2, n)
+    circle = 1.0 - np.column_stack([np.cos(angle), np.sin(angle)]) + shift
+    by_set = circle + 1e-6 * np.arange(8.0)[:, None, None]
+    return JudgedFront(by_set, np.zeros((n, 1)), converged=converged, **changes)
+
+
+def compared(first, second, **changes):
+    box = common_box([front.by_set.mean(axis=0) for front in (*first, *second)])
+    return front_difference(
+        first, second, box=box, names=("the first", "the second"), judge=None, **changes
+    )
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "verdict", "value"),
+    [
+        pytest.param([curve()], [curve()], FrontVerdict.equal, 0.0, id="equal"),
+        pytest.param(
+            [curve(converged=False)], [curve(converged=False)], FrontVerdict.equal, 0.0, id="single"
+        ),
+        pytest.param(
+            [curve(), curve(shift=0.1)],
+            [curve(shift=0.1), curve()],
+            FrontVerdict.equal,
+            0.0,
+            id="in another order",
+        ),
+        pytest.param([curve()], [curve(shift=5.0)], FrontVerdict.real, CIRCLE, id="far away"),
+        pytest.param(
+            [curve()], [curve(shift=0.01)], FrontVerdict.real, 1 - (1.09 / 1.1) ** 2, id="shifted"
+        ),
+        pytest.param([curve()], [curve(shift=1e-5)], FrontVerdict.noise, 2e-5, id="hardly shifted"),
+        pytest.param([curve()], [curve(n=1)], FrontVerdict.real, CIRCLE - 0.1 / 1.1, id="one end"),
+        pytest.param(
+            [curve(n=1)], [curve(n=1, shift=3e5)], FrontVerdict.real, 1 - 0.1**2 / 1.1**2, id="one"
+        ),
+    ],
+)
+def test_what_is_known_of_two_fronts_is_said(first, second, verdict, value):
+    there, back = compared(first, second), compared(second, first)
+    assert there.verdict is back.verdict is verdict
+    assert there.value == pytest.approx(value, abs=1e-3)
+    assert back.value == -there.value
+    assert np.isfinite(there.noise)
+    assert there.too_few == ()
+
+
+def test_crossing_fronts_of_one_area_are_not_told_apart():
+    share = np.linspace(0.0, 1.0, 101)
+    steep = np.column_stack([0.5 * (1.0 - share) ** 2, share])
+    fronts = [
+        JudgedFront(np.tile(front, (8, 1, 1)), front, converged=True)
+        for front in (steep, steep[:, ::-1])
+    ]
+    assert coverage(steep, steep[:, ::-1]) < 1.0 > coverage(steep[:, ::-1], steep)
+    said = compared(fronts[:1], fronts[1:])
+    assert said.verdict is FrontVerdict.noise
+    assert said.value == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_search_that_says_nothing_of_its_chance_is_not_decided_but_where_it_is_covered():
+    """Its noise is the whole hypervolume; a converged front that covers all of it is better."""
+    unknown, better = curve(n=60, shift=0.05, converged=False), curve(n=60)
+    said = compared([better], [replace(unknown, by_set=unknown.by_set - [0.1, -0.2])])
+    assert said.verdict is FrontVerdict.open
+    assert said.too_few == ("the second",)
+    assert "what would decide: 3 seeds of the second, searched with searches=3" in said.text
+    assert compared([better], [unknown]).verdict is FrontVerdict.real
+    single = replace(better, converged=False)
+    assert compared([single], [unknown]).verdict is FrontVerdict.open
+    assert compared([single], [unknown], may_cover_by_chance=False).verdict is FrontVerdict.real
+    # beyond the box
+    gained = replace(single, gain=1e9).noise(common_box([single.by_set[0]]))
+    assert gained == single.noise(common_box([single.by_set[0]]))
+
+
+def test_seeds_that_were_merged_say_how_far_a_search_scatters():
+    """Three circles, one above the other: of their hypervolumes in the box the deviation counts."""
+    seeds = tuple(curve(shift=shift).by_set[0] for shift in (0.0, 0.001, 0.002))
+    merged, box = curve(converged=False, seeds=seeds), common_box([curve().by_set[0]])
+    noise, freedom = merged.noise(box)
+    assert freedom == 2.0
+    assert noise == pytest.approx(np.std([box.hypervolume(each) for each in seeds], ddof=1))
+    other = replace(curve(shift=0.05), converged=False, seeds=seeds)
+    assert compared([merged], [other]).verdict is FrontVerdict.real
+    assert compared([merged], [curve(shift=1e-3)]).verdict is FrontVerdict.noise
 
 
 def test_the_last_gain_is_that_of_the_last_fifth_of_the_generations():
@@ -528,3 +632,53 @@ def test_a_front_of_three_objectives_is_thinned_in_its_box_too():
     ]
     np.testing.assert_array_equal(stay[1], stay[0])
     np.testing.assert_array_equal(stay[2], stay[0])
+
+
+L_SHAPE = np.array(
+    [[0.0, 10.0], [0.2, 6.0], [0.4, 2.0], [1.0, 1.6], [2.0, 1.0], [3.0, 0.5], [4.0, 0]]
+)
+"""A front in two units whose third design is its corner."""
+
+
+def test_decisions_on_a_front_by_hand():
+    assert selection.knee(L_SHAPE) == 2
+    assert selection.nearest_to_ideal(L_SHAPE) == 2
+    assert selection.nearest_to_ideal(L_SHAPE * [1e6, 1e-6]) == 2
+    with pytest.raises(InputError, match="no knee"):
+        selection.knee(L_SHAPE[:2])
+    # it misses by 0.2 of 4 and 1 of 10, of which the worse is the least of all
+    assert selection.nearest_to_reference(L_SHAPE, np.array([0.8, 0.6])) == 3
+    # it can be beaten: the margins 0.3/4 and 1/10 of the ranges are the largest least ones
+    assert selection.nearest_to_reference(L_SHAPE, np.array([0.7, 3.0])) == 2
+    # the first alone, the second alone, both alike
+    ends = [selection.nearest_to_weights(L_SHAPE, np.array(each)) for each in ([1.0, 0], [0, 1.0])]
+    assert ends == [0, 6]
+    assert selection.nearest_to_weights(L_SHAPE, np.array([2.0, 2.0])) == 2
+    # desirabilities of the third: 0.8 and 0.8; of the fifth 0 in the first
+    desired, unacceptable = np.array([0.0, 0.0]), np.array([2.0, 10.0])
+    assert selection.most_desirable(L_SHAPE, desired, unacceptable) == 2
+    with pytest.raises(InputError, match=r"not acceptable .*: ease"):
+        selection.most_desirable(L_SHAPE, desired - 9.0, desired)
+
+
+def test_a_front_is_asked_for_a_design_by_columns_of_its_table():
+    model = quad2(4, seed=1)
+    robust = Robust(model, stiffness_factor_space(model.variable_names), draws=16)
+    front = deboom.search(robust, population=20, generations=10, verified_with=16, polish=False)
+    mean, sigma = "mean sum [1]", "sigma sum [1]"
+    shown = front.table[front.nondominated]
+    assert front.pick("best-mean") == front.picks["best-mean"]
+    assert front.pick(weights={mean: 1, sigma: 0}) == shown[mean].idxmin()
+    assert front.pick(reference={mean: shown[mean].max(), sigma: 0.0}) == shown[sigma].idxmin()
+    ends = {name: (shown[name].min(), shown[name].max()) for name in (mean, sigma)}
+    compromise = front.table.loc[front.pick(desired=ends)]
+    assert all(low < compromise[name] < high for name, (low, high) in ends.items())
+    assert front.nondominated[front.pick("nearest")]
+    for words, question in (
+        ("one of: 'knee', 'nearest'", {}),
+        ("one of: 'knee', 'nearest'", {"rule": "knee", "weights": {mean: 1.0}}),
+        ("there is no pick 'best'", {"rule": "best"}),
+        ("has no column 'mean' with numbers", {"weights": {"mean": 1.0}}),
+    ):
+        with pytest.raises(InputError, match=words):
+            front.pick(**question)

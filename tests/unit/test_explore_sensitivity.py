@@ -1,6 +1,7 @@
 """SALib's methods: what is refused, and what is left as it was."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -224,3 +225,38 @@ def test_effects_of_a_distribution_without_ends_are_those_within_three_sigma():
 def test_groups_and_distributions_that_cannot_be_are_refused(arguments, words):
     with pytest.raises(InputError, match=words):
         deboom.sobol(ISHIGAMI, CUBE, n=8, **arguments)
+
+
+def test_counts_failures_and_fixed_variables_of_a_notebook():
+    model = ResponseFunction(lambda x: x @ [[1.0], [2.0], [4.0]], tuple("abc"), ("y",), "dB")
+    space = model.design_space()
+    for explore, count, item in (
+        (lambda n: deboom.sobol(model, space, n=n), "256", "n, the base points"),
+        (lambda n: deboom.sobol(model, space, n=8, resamples=n), 10.5, "resamples"),
+        (lambda n: deboom.morris(model, space, trajectories=n), 2.5, "trajectories"),
+        (lambda n: deboom.doe(model, space, n=n), "256", "n, the number of designs"),
+    ):
+        with pytest.raises(InputError, match=f"{item}: {count!r} is not a whole number"):
+            explore(count)
+    whole, real = (deboom.sobol(model, space, n=n).table for n in (256, 256.0))
+    assert whole.equals(real)
+
+    def light(designs):
+        if np.any(designs[:, 0] > 1.1):
+            raise ZeroDivisionError("mass is zero in car 3")
+        return designs[:, :1]
+
+    for explore in (deboom.sobol, deboom.morris):
+        with pytest.raises(InputError, match=r"mass is zero in car 3', .* \(a 1\.[12]"):
+            explore(ResponseFunction(light, tuple("abc"), ("y",), "dB"), space)
+
+    fixed = replace(space, lower=[0.8, 1.0, 0.8], upper=[1.2, 1.0, 1.2])
+    for explore in (deboom.sobol, deboom.morris):
+        result = explore(model, fixed)
+        assert result.fixed == ("b",)
+        assert list(result.table["variable"]) == ["a", "c"]
+    assert deboom.sobol(model, fixed).table["total [1]"].round(2).tolist() == [0.06, 0.94]
+    assert deboom.sobol(model, fixed, inputs={"b": ("unif", 0.8, 1.2)}).fixed == ()
+    still = replace(space, lower=np.ones(3), upper=np.ones(3))
+    with pytest.raises(InputError, match="no variable varies"):
+        deboom.sobol(model, still)

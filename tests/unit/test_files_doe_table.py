@@ -201,11 +201,22 @@ def test_designs_that_cannot_go_out_are_refused(tmp_path, changes, words):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_table_in_memory_is_read_like_its_file_also_with_two_units(tmp_path):
+    frame = TABLE.assign(**{"z [kg]": 1.5}).drop(columns="z [dB]")
+    frame.to_csv(tmp_path / "table.csv", index=False)
+    read = [deboom.read_designs(each, ["y", "z"]) for each in (tmp_path / "table.csv", frame)]
+    table = read[0].table
+    assert table.drop(columns=["doe", "plan"]).equals(read[1].table.drop(columns=["doe", "plan"]))
+    assert {"y [dB]", "z [kg]"} <= set(table)
+    assert not [name for name in table if name.startswith("sum")]
+    run = deboom.read_run(deboom.save_run(read[0], tmp_path))
+    assert deboom.read_run(run.folder).doe.table.equals(table)
+
+
 @pytest.mark.parametrize(
     ("changes", "responses", "words"),
     [
         ({}, ["w"], "w"),
-        ({"z [dB]": None, "z [Pa]": 1.0}, ["y", "z"], "the units Pa, dB"),
         ({"b": "soft"}, ["y"], "'soft' is no finite number"),
         ({"y [Pa]": 1.0}, ["y"], "two columns are named 'y'"),
         ({"y [dB]": np.nan}, ["y"], "fill them in"),

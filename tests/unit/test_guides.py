@@ -330,6 +330,7 @@ ONE_MORE = {
     "Another algorithm of pymoo",
     "An end of the search",
     "Progress as a line",
+    "A search that may be interrupted",
     "A Dask cluster:",
 }
 """Tasks that take one line more, beside the call that gets another argument."""
@@ -382,6 +383,8 @@ def test_tasks_of_a_pymoo_user_run_in_their_lines(tmp_path, monkeypatch):
     np.testing.assert_array_equal(names["dask"].values.objectives, one.values.objectives)
     begun = names["more"].search.evaluated.designs[: len(names["front"].values)]
     np.testing.assert_array_equal(begun, names["front"].values.designs)
+    assert (tmp_path / "my_search" / "seed1" / "search.json").is_file()
+    assert names["front"].nondominated[names["row"]]
     assert names["nsga3"].search.algorithm == "NSGA-III"
     # a quick machine ends by its generations
     assert names["short"].search.stopped.endswith(("ended after 1 s", "100 generations"))

@@ -99,6 +99,26 @@ def test_the_lines_of_the_readme(model):
     )
 
 
+def test_weights_of_load_cases_are_those_of_their_names(platform):
+    """A mean of two load cases, 3 to 1: as text, and as a mapping."""
+    first, second = (case.name for case in platform.load_cases[:2])
+    band = {"vehicles": "U06", "band": (24, 26), "motion": "prescribed"}
+    by_name, by_text = (
+        platform.model(load_cases=cases, **band)
+        for cases in ({first: 3, second: 1}, [f"{first}=3", second])
+    )
+    design = np.full((1, 12), 0.9)
+    assert by_name.load_case_names == (first, second)
+    assert by_name(design).tolist() == by_text(design).tolist()
+    assert by_name(design) != pytest.approx(
+        platform.model(load_cases=[first, second], **band)(design)
+    )
+    alone = platform.model(load_cases=first, **band)
+    assert alone.load_case_names == (first,)
+    with pytest.raises(deboom.InputError, match=f"load case '{first}=-1'"):
+        platform.model(load_cases={first: -1}, **band)
+
+
 @pytest.mark.parametrize("motion", ["prescribed", "coupled", "amplitude"])
 def test_paths_add_up_to_the_pressure(platform, motion):
     model = platform.model(vehicles=["U06-2", "F39-1"], band=(24, 30), motion=motion)

@@ -1,16 +1,25 @@
 """Indices, correlations, capabilities and verdicts on fronts against closed forms and counts."""
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.stats import spearmanr
 
 import deboom
 from deboom.errors import InputError
 from deboom.explore import front, sensitivity
 from deboom.explore.correlation import correlations, families, tolerance_scatter
-from deboom.explore.scatter import capability, predicted_pieces
+from deboom.explore.descent import converged_front
+from deboom.explore.result import merge
+from deboom.explore.robust import Robust
+from deboom.explore.scatter import capability, predicted_pieces, sobol_sample
+from deboom.explore.search import Search, nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from samples.known_indices import Ishigami, SobolG
+from samples.known_truth import WithSlopes, quad2
 
 
 def analysed(inputs, model, n_base, seed=1, **options):
@@ -292,7 +301,8 @@ def test_equal_configurations_are_called_different_in_one_case_of_a_hundred(n_ru
                 + draws
                 + 0.01 * random.standard_normal((n_runs, 1))
                 + 0.0005 * random.standard_normal((1, 8)),
-                np.full(n_runs, np.nan),
+                np.ones(n_runs),
+                np.full(n_runs, np.inf),
             )
             for name in "ab"
         ]
@@ -309,11 +319,88 @@ def test_a_difference_of_five_standard_errors_is_found():
         seeds = 0.01 * random.standard_normal((2, 10, 1)) + np.zeros((1, 1, 8))
         shift = 5.0 * 0.01 * np.sqrt(2.0 / 10.0)
         pair = (
-            front.Contestant("a", 0.8 + shift + seeds[0], np.full(10, np.nan)),
-            front.Contestant("b", 0.8 + seeds[1], np.full(10, np.nan)),
+            front.Contestant("a", 0.8 + shift + seeds[0], *np.ones((2, 10))),
+            front.Contestant("b", 0.8 + seeds[1], *np.ones((2, 10))),
         )
         successes += front.difference(*pair).verdict is front.FrontVerdict.real
     assert successes >= 270
+
+
+SHAPE_OF_SEEDS = WithSlopes(quad2(4, seed=1))
+SPACE_OF_SEEDS = stiffness_factor_space(SHAPE_OF_SEEDS.variable_names)
+
+
+def seeded(seed):
+    """Return a robust problem of closed form with draws of its own."""
+    return Robust(SHAPE_OF_SEEDS, SPACE_OF_SEEDS, sobol_sample(4, 64, seed=seed))
+
+
+def judged(values, robust, judges, **changes):
+    few = front.thinned(values, 40)
+    by_set = np.stack([each.objectives for each in judges.by_set(few.designs)])
+    return front.JudgedFront(by_set, few.designs, found_with=robust.sample, **changes)
+
+
+def verdicts(pairs):
+    """Return the verdicts of pairs of lists of fronts, each in its own box."""
+    judge = seeded(1)
+    for first, second in pairs:
+        box = front.common_box([each.by_set.mean(axis=0) for each in (*first, *second)])
+        yield front.front_difference(first, second, box=box, names=("a", "b"), judge=judge).verdict
+
+
+def share_of_real(pairs):
+    said = list(verdicts(pairs))
+    return np.mean([each is front.FrontVerdict.real for each in said])
+
+
+def test_seeds_of_one_search_are_hardly_ever_called_different():
+    """At most 5 % of pairs of seeds: single searches, three of each, three that were merged."""
+    judges, pool, searches = front.common_judges(seeded(1), 128, 1), [], []
+    for seed in range(1, 31):
+        robust = seeded(seed)
+        found = nsga2(robust, Search(12, 10, seed=seed))
+        searches.append(found)
+        gain = front.last_gain(found.hypervolume)
+        pool.append(judged(found.front, robust, judges, gain=gain))
+    single = [([pool[i]], [pool[j]]) for i, j in itertools.combinations(range(30), 2)]
+    random = np.random.default_rng(1)
+    drawn = [[pool[k] for k in random.permutation(30)[:6]] for _ in range(400)]
+    merged = [merge(searches[k : k + 3]) for k in range(0, 30, 3)]
+    unions = [judged(each.front, seeded(1), judges, seeds=each.seeds) for each in merged]
+    assert len(single) == 435
+    assert share_of_real(single) <= 0.05
+    assert share_of_real([(six[:3], six[3:]) for six in drawn]) <= 0.05
+    both = [([one], [other]) for one, other in itertools.combinations(unions, 2)]
+    assert share_of_real(both) <= 0.05
+    assert front.FrontVerdict.open not in set(verdicts(both))
+
+
+def test_converged_fronts_differ_really_when_they_do():
+    """Of pairs of seeds at most 5 %; of pairs 0.2, 0.5 and 1 % of the hypervolume apart all.
+
+    The eight searches have draws of their own, to which descents fit them: with 64 draws their
+    hypervolumes scatter by 0.6 %, twenty times what descents leave under the same draws.
+    """
+    judges = front.common_judges(seeded(1), 512, 1)
+    own = [
+        judged(converged_front(seeded(seed), seed=seed), seeded(seed), judges, converged=True)
+        for seed in range(1, 9)
+    ]
+    pairs = [([one], [other]) for one, other in itertools.combinations(own, 2)]
+    assert share_of_real(pairs) <= 0.05
+    box = front.common_box([own[0].by_set.mean(axis=0)])
+    volume = own[0].merit(box).mean()
+
+    def shifted(each, step):
+        return replace(each, by_set=each.by_set + step * box.span)
+
+    def lost(step, share):
+        return shifted(own[0], step).merit(box).mean() - (1.0 - share) * volume
+
+    for share in (0.002, 0.005, 0.01):
+        step = brentq(lost, 0.0, 1.0, args=(share,))
+        assert share_of_real([([each], [shifted(each, step)]) for each in own]) == 1.0
 
 
 def test_variables_correlate_with_a_line_by_their_share_of_its_slope():

@@ -174,3 +174,22 @@ def test_without_tolerance_the_search_is_a_plain_minimisation():
     assert len(front) == 1
     np.testing.assert_allclose(front.designs[0], best, atol=2e-3)
     np.testing.assert_array_equal(front.sigma_sum, 0.0)
+
+
+def test_verified_numbers_lie_within_their_intervals():
+    """Of 400 verifications 95 % hold the truth, which ±1.96 standard errors do in 86 %."""
+    model = quad2(4, seed=1)
+    space = stiffness_factor_space(model.variable_names)
+    robust = Robust(model, space, sobol_sample(4, 16, seed=1))
+    designs = space.nominal[np.newaxis] * [[0.9], [1.1]]
+    mean, _ = (part.sum(axis=(1, 2)) for part in model.exact_terms(designs, space.relative_sigma))
+    held, short = 0, 0
+    for seed in range(1, 201):
+        judge = replicates(robust, 32, seed=seed)
+        values = judge(designs)
+        off = np.abs(values.mean_sum - mean)
+        held += int(np.sum(off <= judge.interval * values.standard_error_mean_sum))
+        short += int(np.sum(off <= 1.96 * values.standard_error_mean_sum))
+    # three standard deviations of 400 independent ones are 13
+    assert 367 <= held <= 393
+    assert short < 360

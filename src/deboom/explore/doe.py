@@ -21,11 +21,14 @@ from deboom.explore.space import (
     DesignSpace,
     Evaluate,
     check_fits,
+    check_repeats,
     check_same_names,
     generator,
     responses,
     said,
     sobol_points,
+    units_of,
+    whole_number,
 )
 from deboom.tabled import Tabled
 
@@ -33,10 +36,6 @@ SAME = 1e-9
 """Designs closer than this part of the bounds' width in every variable are one design [1]."""
 MOST_CORNERS = 16
 """Variables of the largest full factorial: a plan of more designs is a slip of the keyboard."""
-_CODES: dict[type[Exception], str] = {
-    **dict.fromkeys((ArithmeticError, *ArithmeticError.__subclasses__()), "arithmetic"),
-    np.linalg.LinAlgError: "singular",
-}
 RESERVED = ("doe", "design", "plan", "failure")
 """Columns of a DOE's table that are neither variable nor response."""
 
@@ -150,12 +149,12 @@ class Doe:
 
     - `name`: name of the model and its purpose.
     - `space`: variables, with bounds around the designs.
-    - `response_names`, `response_unit`: columns of the responses and their unit.
+    - `response_names`, `response_unit`: columns of the responses, and their unit or that of each,
+      see `deboom.ResponseFunction`.
     - `designs` (n, k): designs, each once [units of the space].
     - `responses` (n, r): responses, NaN where the design failed [response_unit].
     - `failures`: reason why a design has no responses: ``not finite``, a value that is no number,
-      ``arithmetic`` an arithmetic error, ``singular`` equations without a solution, or the error
-      that the model raised; else empty.
+      or the error that the model raised with its message; else empty.
     - `plan`: plan that the designs came from, in words.
     """
 
@@ -170,6 +169,14 @@ class Doe:
 
     def __len__(self) -> int:
         return len(self.designs)
+
+    @property
+    def response_labels(self) -> tuple[str, ...]:
+        """Column headers of the responses, ``name [unit]``."""
+        pairs = zip(
+            self.response_names, units_of(self.response_names, self.response_unit), strict=True
+        )
+        return tuple(f"{name} [{unit}]" for name, unit in pairs)
 
     @property
     def failed(self) -> BoolArray:
@@ -223,10 +230,25 @@ def run_doe(
     )
 
 
-def designs_of(given: Any) -> RealArray | None:
-    """Return designs (n, k) as they are, or of a front, an experiment or a run; None for None."""
+def designs_of(given: Any, space: DesignSpace) -> RealArray | None:
+    """Return designs (n, k) as they are, or of a front, an experiment, a run or a table of them.
+
+    - returns: None for None; of a DataFrame the columns of the variables, ``name [unit]`` or
+      ``name``.
+    - raises InputError: a table without one of the variables.
+    """
     if given is None:
         return None
+    if isinstance(given, pd.DataFrame):
+        pairs = zip(space.names, space.labels, strict=True)
+        columns = [label if label in given else name for name, label in pairs]
+        for column, label in zip(columns, space.labels, strict=True):
+            if column not in given:
+                raise InputError(
+                    f"the table of designs has no column '{label}', only "
+                    f"{', '.join(map(str, given.columns))}"
+                )
+        return given[columns].to_numpy(float)
     if isinstance(given, Experiment):
         return given.doe.designs
     given = getattr(given, "front", given)
@@ -259,16 +281,16 @@ def _repeated(space: DesignSpace, designs: RealArray) -> BoolArray:
 
 
 def _evaluated(evaluate: Evaluate, designs: RealArray) -> tuple[RealArray, list[str]]:
-    """Responses and failure codes; one bad design does not take the others with it."""
+    """Responses and reasons of failures; one bad design does not take the others with it."""
     try:
         values, failure = responses(evaluate, designs), "not finite"
     except Exception as error:
         words = said(error)
         if len(designs) > 1:
             parts = [_evaluated(evaluate, design[np.newaxis]) for design in designs]
-            codes = [code for _, part in parts for code in part]
-            return np.concatenate([part for part, _ in parts]), codes
-        failure = _CODES.get(type(error), words)
+            reasons = [reason for _, part in parts for reason in part]
+            return np.concatenate([part for part, _ in parts]), reasons
+        failure = words
         values = np.full((1, len(evaluate.response_names)), np.nan)
     failed = np.asarray(~np.isfinite(values).all(axis=1))
     values = np.where(failed[:, np.newaxis], np.nan, values)
@@ -292,8 +314,8 @@ def doe_frame(doe: Doe) -> pd.DataFrame:
             "plan": doe.plan,
             **dict(zip(doe.space.labels, doe.designs.T, strict=True)),
             **{
-                f"{name} [{doe.response_unit}]": column
-                for name, column in zip(doe.response_names, doe.responses.T, strict=True)
+                label: column
+                for label, column in zip(doe.response_labels, doe.responses.T, strict=True)
             },
             "failure": list(doe.failures),
         }
@@ -317,10 +339,15 @@ class Experiment(Tabled):
 
     @property
     def table(self) -> pd.DataFrame:
-        """One row per design: variables, responses, their sum, and mean per response and line."""
-        unit, names = self.doe.response_unit, self.doe.response_names
-        table = doe_frame(self.doe)
-        total = table[[f"{name} [{unit}]" for name in names]].sum(axis=1, skipna=False)
+        """One row per design: variables, responses, their sum, and mean per response and line.
+
+        Responses of several units have neither sum nor mean.
+        """
+        unit, *others = dict.fromkeys(units_of(self.doe.response_names, self.doe.response_unit))
+        names, table = self.doe.response_names, doe_frame(self.doe)
+        if others:
+            return table
+        total = table[list(self.doe.response_labels)].sum(axis=1, skipna=False)
         table = table.assign(**{f"sum [{unit}]": total})
         if self.n_lines is None:
             return table
@@ -377,6 +404,8 @@ def doe(model: Evaluate, space: DesignSpace, *, n: int = 256, seed: int = 1) -> 
     16
     """
     check_fits(model, space)
+    check_repeats(model, space)
+    n = whole_number(n, "n, the number of designs")
     designs = latin_hypercube(space, n, seed=seed)
     run = run_doe(model, space, designs, name="notebook", plan=f"{n} designs, seed {seed}")
     return Experiment(run, getattr(model, "n_lines", 1))

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import pandas as pd
@@ -16,12 +16,12 @@ from deboom.arrays import BoolArray, RealArray, checked, short_repr
 from deboom.common import PERCENT
 from deboom.errors import InputError
 from deboom.explore.front import (
-    Contestant,
     Difference,
+    JudgedFront,
     Replicates,
     common_box,
     common_judges,
-    difference,
+    front_difference,
     hypervolume,
     last_gain,
     pareto_front,
@@ -35,11 +35,16 @@ from deboom.explore.robust import Robust, RobustValues, joined
 from deboom.explore.selection import (
     ByPick,
     at_nominal,
+    knee,
+    most_desirable,
+    nearest_to_ideal,
+    nearest_to_reference,
+    nearest_to_weights,
     pick,
     pick_of_any,
     variables_without_effect,
 )
-from deboom.explore.space import Evaluate
+from deboom.explore.space import Evaluate, check_same_names, units_of
 from deboom.tabled import Tabled
 
 
@@ -52,6 +57,9 @@ class SearchResult:
     - `seed`, `seconds`: seed, and wall time of all parts of the search [s].
     - `stopped`: generations and what ended the search, in words.
     - `algorithm`: name of the algorithm.
+    - `converged`: whether descents have brought the whole front to convergence.
+    - `seeds`: objectives (n_i, m) of the front of each seed that was merged, unless descents
+      followed [their units]; empty of a single search.
     - `hypervolume` (n_generations,), `reference_point` (m,): hypervolume of the front after each
       generation, up to the worst objectives in the first one.
     """
@@ -64,6 +72,8 @@ class SearchResult:
     seconds: float
     stopped: str = ""
     algorithm: str = "NSGA-II"
+    converged: bool = False
+    seeds: tuple[RealArray, ...] = ()
 
     @property
     def n_evaluated(self) -> int:
@@ -118,6 +128,8 @@ def merge(searches: Sequence[SearchResult]) -> SearchResult:
         seconds=sum(search.seconds for search in searches),
         stopped=searches[0].stopped,
         algorithm=searches[0].algorithm,
+        converged=all(search.converged for search in searches),
+        seeds=tuple(search.front.objectives for search in searches),
     )
 
 
@@ -201,6 +213,16 @@ class FrontColumns:
     def sigma_error(self) -> str:
         """Standard error of `sigma_sum`."""
         return f"standard error of sigma sum [{self._scatter}]"
+
+    @property
+    def mean_interval(self) -> str:
+        """Half of the 95 % interval of `mean_sum`, by Student's t over the scrambles."""
+        return f"mean sum ± 95 % [{self._scatter}]"
+
+    @property
+    def sigma_interval(self) -> str:
+        """Half of the 95 % interval of `sigma_sum`."""
+        return f"sigma sum ± 95 % [{self._scatter}]"
 
     @property
     def searched_mean_sum(self) -> str:
@@ -307,6 +329,81 @@ class Front(Tabled):
             picks |= pick_of_any(self.values, names, self.baseline)
         return picks
 
+    def pick(
+        self,
+        rule: str | None = None,
+        *,
+        reference: Mapping[str, float] | None = None,
+        weights: Mapping[str, float] | None = None,
+        desired: Mapping[str, tuple[float, float]] | None = None,
+    ) -> int:
+        """Return the row of one design, chosen by a rule on verified values.
+
+        Columns are those of `table` that are to be small, such as ``mean per line and vehicle
+        [dB(A)]``; without any, the objectives count. Only designs that no other one beats and that
+        keep all limits are chosen.
+
+        Parameters
+        ----------
+        rule : str, optional
+            ``"knee"``: where a little of one objective costs most of the others; ``"nearest"``: to
+            the best of each; one of `picks` by its name.
+        reference : mapping of str to float, optional
+            What is wanted of each column [its unit]: the design that misses it least, or beats it
+            most, in the worst column.
+        weights : mapping of str to float, optional
+            How much each column counts [1].
+        desired : mapping of str to (float, float), optional
+            Value of each column that is fully desired, and the larger one from which it is not
+            acceptable [its unit].
+
+        Returns
+        -------
+        int
+            Row of the design: ``front.table.iloc[row]``, ``front.designs().iloc[row]``.
+
+        Raises
+        ------
+        InputError
+            None of these, or several; a column that is not there or is no number; a front without a
+            knee; desires that no design meets.
+        """
+        given = [each for each in (reference, weights, desired) if each is not None]
+        if len(given) + (rule is not None) != 1:
+            raise InputError(
+                "a design is picked by one of: 'knee', 'nearest', a name of front.picks, "
+                "reference=, weights= or desired="
+            )
+        if rule is not None and rule not in ("knee", "nearest"):
+            return self.picks[rule]
+        rows = np.flatnonzero(self.nondominated & self.values.feasible)
+        if rows.size == 0:
+            raise InputError("no design of this front keeps all limits: there is nothing to pick")
+        values = self._columns(list(given[0]) if given else [])[rows]
+        if rule is not None:
+            row = knee(values) if rule == "knee" else nearest_to_ideal(values)
+        elif reference is not None:
+            row = nearest_to_reference(values, np.array(list(reference.values()), dtype=float))
+        elif weights is not None:
+            row = nearest_to_weights(values, np.array(list(weights.values()), dtype=float))
+        else:
+            best, worst = np.array(list((desired or {}).values()), dtype=float).T
+            row = most_desirable(values, best, worst)
+        return int(rows[row])
+
+    def _columns(self, names: Sequence[str]) -> RealArray:
+        """Return columns of the table as numbers, (n, m); the objectives without names."""
+        if not names:
+            return self.values.objectives
+        numbers = self.table.select_dtypes("number").drop(columns=POINT)
+        for name in names:
+            if name not in numbers.columns:
+                raise InputError(
+                    f"the table of this front has no column '{name}' with numbers: take some of "
+                    f"{', '.join(map(str, numbers))}"
+                )
+        return numbers[list(names)].to_numpy(float)
+
     @cached_property
     def without_effect(self) -> tuple[str, ...]:
         """Variables that no response depends on."""
@@ -361,10 +458,21 @@ class Front(Tabled):
         names: dict[int, list[str]] = {}
         for name, row in self.picks.items():
             names.setdefault(row, []).append(name)
-        columns, searched = FrontColumns(self.model.response_unit), self.searched
+        units = dict.fromkeys(units_of(self.responses, self.model.response_unit))
+        columns, searched = FrontColumns(next(iter(units))), self.searched
         values, n = self.values, len(self.values)
         share, mean = self.survivors.T
         failing = {columns.failed_draws: share, columns.other_draws: mean}
+        if len(units) > 1:  # which nothing adds up
+            return pd.DataFrame(
+                {
+                    POINT: np.arange(1, n + 1),
+                    PICK: [" = ".join(names.get(row, ())) for row in range(n)],
+                    **self._minimised,
+                    NONDOMINATED: self.nondominated,
+                    **({columns.failed_draws: share} if share.any() else {}),
+                }
+            )
         return pd.DataFrame(
             {
                 POINT: np.arange(1, n + 1),
@@ -374,6 +482,8 @@ class Front(Tabled):
                 columns.sigma_sum: values.sigma_sum,
                 columns.mean_error: values.standard_error_mean_sum,
                 columns.sigma_error: values.standard_error_sigma_sum,
+                columns.mean_interval: self.judge.interval * values.standard_error_mean_sum,
+                columns.sigma_interval: self.judge.interval * values.standard_error_sigma_sum,
                 columns.searched_mean_sum: searched.mean_sum,
                 columns.searched_sigma_sum: searched.sigma_sum,
                 NONDOMINATED: self.nondominated,
@@ -491,11 +601,12 @@ class Front(Tabled):
             return plot.objective_grid(frame, kept, today)
 
         values, scale, shown = self.values, self.per_line, self.nondominated
+        interval = self.judge.interval * scale
         return plot.pareto_front(
             values.mean_sum[shown] * scale,
             values.sigma_sum[shown] * scale,
-            values.standard_error_mean_sum[shown] * scale,
-            values.standard_error_sigma_sum[shown] * scale,
+            values.standard_error_mean_sum[shown] * interval,
+            values.standard_error_sigma_sum[shown] * interval,
             None
             if self.baseline.failed[0]
             else (self.baseline.mean_sum[0] * scale, self.baseline.sigma_sum[0] * scale),
@@ -599,13 +710,47 @@ class Front(Tabled):
         }
 
 
-def verify(front: Front, *, draws: int = 1024, seed: int) -> Front:
+class PymooResult(Protocol):
+    """What pymoo's ``minimize`` returns for a `deboom.RobustProblem`."""
+
+    X: RealArray | None
+    problem: Any
+    algorithm: Any
+    exec_time: float
+
+
+def _front_of(result: PymooResult) -> Front:
+    """Return the designs that pymoo has found as a front that is not verified yet."""
+    robust = getattr(getattr(result, "problem", None), "robust", None)
+    if not isinstance(robust, Robust) or result.X is None:
+        raise InputError(
+            f"{type(result).__name__} is no front: give what deboom.search returns, or the result "
+            "of pymoo's minimize for a deboom.RobustProblem, with designs in its X"
+        )
+    searched = pareto_front(robust(np.unique(np.atleast_2d(result.X), axis=0)))
+    worst = searched.objectives.max(axis=0)
+    algorithm = result.algorithm
+    search = SearchResult(
+        front=searched,
+        evaluated=searched,
+        hypervolume=np.array([hypervolume(searched.objectives, worst)]),
+        reference_point=worst,
+        seed=int(algorithm.seed or 1),
+        seconds=float(result.exec_time),
+        stopped=f"{algorithm.n_gen - 1} generations",
+        algorithm=type(algorithm).__name__,
+    )
+    unverified = Replicates((robust,))
+    return Front(robust=robust, search=search, searched=searched, values=searched, judge=unverified)
+
+
+def verify(front: Front | PymooResult, *, draws: int = 1024, seed: int) -> Front:
     """Evaluate the designs of a front again, with draws that its search never saw.
 
     Parameters
     ----------
-    front : Front
-        As `search` found it.
+    front : Front or pymoo result
+        As `search` found it, or what ``minimize`` of pymoo gives for a `deboom.RobustProblem`.
     draws : int
         Draws of the scatter, a power of two.
     seed : int
@@ -630,19 +775,48 @@ def verify(front: Front, *, draws: int = 1024, seed: int) -> Front:
     >>> bool(deboom.verify(front, draws=512, seed=2).nondominated.any())
     True
     """
+    front = front if isinstance(front, Front) else _front_of(front)
     judge = replicates(front.robust, draws, seed=seed)
     return replace(front, judge=judge, values=verified(front.searched, judge))
 
 
-def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) -> Difference:
+class FrontRows(Protocol):
+    """A front as a run keeps it, such as ``deboom.read_run(folder).front``."""
+
+    @property
+    def designs(self) -> RealArray:
+        """Designs, shape (n, k) [units of the variables]."""
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Labels of the variables, ``name [unit]``."""
+
+    @property
+    def convergence(self) -> RealArray:
+        """Hypervolume of the search after each generation, shape (n_generations,)."""
+
+    @property
+    def converged(self) -> bool:
+        """Whether descents have brought the whole front to convergence."""
+
+
+def compare(
+    first: Front | FrontRows | Sequence[Front | FrontRows],
+    second: Front | FrontRows | Sequence[Front | FrontRows],
+    *,
+    draws: int = 1024,
+    seed: int = 1,
+) -> Difference:
     """Say whether one front is really better than another, or whether it could be chance.
 
     Parameters
     ----------
-    first, second : Front
-        Fronts of the same variables and responses; the model of the first one judges both.
+    first, second : Front, or a sequence of them
+        Fronts of the same variables and responses; several of one side are runs of one question
+        that differ in their seed. What `deboom.read_run` gives of a front is taken as well. Of
+        each the designs that its table shows count; the model of the first `Front` judges all.
     draws : int
-        Common draws of the scatter that both meet, a power of two of at least 16.
+        Common draws of the scatter that all meet, a power of two of at least 16.
     seed : int
         Seed of these draws, from 1.
 
@@ -656,42 +830,96 @@ def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) ->
     Raises
     ------
     InputError
-        Fronts of other variables or responses; a front whose designs all fail; draws that cannot
-        be.
+        Fronts of other variables or responses; a front whose designs all fail; no front with its
+        model; draws that cannot be.
+
+    Notes
+    -----
+    Noise comes from the draws and from the searches: of three seeds or more (``searches=3``, or a
+    list of fronts) their own spread; of a front that descents brought to convergence the little
+    that they leave; of any other single search the gain of its last generations, which seldom
+    decides. See `deboom.explore.front.difference`.
 
     Examples
     --------
     >>> import deboom
     >>> model = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a",), ("y",), "dB")
     >>> robust = deboom.Robust(model, model.design_space(), draws=64)
-    >>> front = deboom.search(robust, population=8, generations=4)
-    >>> deboom.compare(front, front).verdict.value
-    'not decided'
+    >>> fronts = [deboom.search(robust, population=8, generations=4, seed=s) for s in (1, 2, 3)]
+    >>> deboom.compare(fronts[0], fronts[0]).verdict.value
+    'equal fronts'
+    >>> deboom.compare(fronts, fronts[::-1]).verdict.value
+    'equal fronts'
     """
-    names = [(side.variables, side.responses) for side in (first, second)]
-    if names[0] != names[1]:
-        raise InputError(f"fronts of {names[0]} and {names[1]} do not compare: search both alike")
-    judges = common_judges(first.robust, draws, seed)
-    by_set, left_out = [], []
-    for front in (first, second):
-        sets = judges.by_set(front.search.front.designs)
-        failed = np.any([values.failed for values in sets], axis=0)
-        if failed.all():
-            raise InputError(
-                f"all {failed.size} designs of a front fail under the common draws: there is "
-                "nothing to compare"
-            )
-        by_set.append([values.objectives[~failed] for values in sets])
-        left_out.append(int(failed.sum()))
-    box = common_box([np.mean(values, axis=0) for values in by_set])
-    verdict = difference(
-        *(
-            Contestant(
-                name,
-                np.array([[box.hypervolume(values) for values in sets]]),
-                np.array([box.share(last_gain(front.search.hypervolume))]),
-            )
-            for name, sets, front in zip(("first", "second"), by_set, (first, second), strict=True)
-        )
+    sides = [
+        [
+            getattr(entry, "front", entry)
+            for entry in (side if isinstance(side, Sequence) else [side])
+        ]
+        for side in (first, second)
+    ]
+    judges = _common_judges(sides, draws, seed)
+    judged = [[_judged(front, judges) for front in side] for side in sides]
+    box = common_box([front.by_set.mean(axis=0) for side in judged for front, _ in side])
+    fronts = [[front for front, _ in side] for side in judged]
+    verdict = front_difference(
+        fronts[0],
+        fronts[1],
+        box=box,
+        names=("the first", "the second"),
+        judge=judges.sets[0],
     )
+    left_out = [sum(failed for _, failed in side) for side in judged]
     return replace(verdict, left_out=(left_out[0], left_out[1]))
+
+
+def _common_judges(
+    sides: Sequence[Sequence[Front | FrontRows]], draws: int, seed: int
+) -> Replicates:
+    """Return the model of the first front with the common draws; refuse what does not compare."""
+    fronts = [front for side in sides for front in side]
+    models = [front for front in fronts if isinstance(front, Front)]
+    if not models or not all(sides):
+        raise InputError(
+            "a comparison needs a front on each side, one of them from deboom.search with its "
+            "model: of two runs take the command `deboom compare`"
+        )
+    judge = models[0].robust
+    for model in models:
+        names = (model.variables, model.responses)
+        if names != (models[0].variables, models[0].responses):
+            raise InputError(
+                f"fronts of {(models[0].variables, models[0].responses)} and {names} do not "
+                "compare: search both alike"
+            )
+    for front in fronts:
+        if not isinstance(front, Front):
+            check_same_names("a run has the variables", front.variables, judge.space.labels)
+    return common_judges(judge, draws, seed)
+
+
+def _judged(front: Front | FrontRows, judges: Replicates) -> tuple[JudgedFront, int]:
+    """Return a front under the common draws, and how many of its designs fail there."""
+    if isinstance(front, Front):
+        designs, search = front.values.designs, front.search
+        volumes, converged, seeds = search.hypervolume, search.converged, search.seeds
+        found_with = front.robust.sample
+    else:
+        designs, volumes, converged, seeds = front.designs, front.convergence, front.converged, ()
+        found_with = None
+    sets = judges.by_set(designs)
+    failed = np.any([values.failed for values in sets], axis=0)
+    if failed.all():
+        raise InputError(
+            f"all {failed.size} designs of a front fail under the common draws: there is nothing "
+            "to compare"
+        )
+    judged = JudgedFront(
+        by_set=np.stack([values.objectives[~failed] for values in sets]),
+        designs=designs[~failed],
+        gain=last_gain(volumes),
+        converged=converged,
+        seeds=seeds,
+        found_with=found_with,
+    )
+    return judged, int(failed.sum())

@@ -44,8 +44,11 @@ from deboom.explore.space import (
     check_fits,
     check_same_names,
     checked_model,
+    not_finite,
+    real_numbers,
     responses,
     said,
+    units_of,
 )
 
 MOST_OBJECTIVES = 5
@@ -361,6 +364,13 @@ class Robust:
 
     def _check_number(self, number: Objective) -> None:
         names = tuple(self.evaluate.response_names)
+        units = dict.fromkeys(units_of(names, self.evaluate.response_unit))
+        if number.response is None and len(units) > 1:
+            raise InputError(
+                f"'{number.name}' adds or compares responses in {' and '.join(units)}: name the "
+                f"response of each objective and limit, such as Objective('{number.statistic}', "
+                f"response='{names[0]}')"
+            )
         if isinstance(number.response, str) and number.response not in names:
             raise InputError(f"no response '{number.response}': use one of {list(names)}")
         variables = getattr(number.response, "variable_names", self.space.names)
@@ -388,7 +398,9 @@ class Robust:
     def unit_of(self, number: Objective) -> str:
         """Return the unit of an objective or of a limited number."""
         unit = number.rule.unit or number.unit or getattr(number.response, "response_unit", "")
-        return str(unit or self.evaluate.response_unit)
+        names = tuple(self.evaluate.response_names)
+        at = names.index(number.response) if number.response in names else 0
+        return str(unit or units_of(names, self.evaluate.response_unit)[at])
 
     @property
     def objective_labels(self) -> tuple[str, ...]:
@@ -576,13 +588,15 @@ class Robust:
         try:
             made = self._made_design(design)
             if not np.all(np.isfinite(made.draws.values)):
-                return failed, "a response is not finite"
+                return failed, not_finite(made.draws.values, self.evaluate.response_names)
             numbers = [made.number(number) for number in (*self.objectives, *limited)]
         except Exception as error:
             return failed, said(error)
         statistics = np.concatenate([made.draws.mean, made.draws.sigma, made.errors, numbers])
         if not np.all(np.isfinite(statistics[:n_numbers])):
-            return failed, "a statistic of the responses is not finite"
+            names = [number.name for number in self.objectives]
+            lost = [n for n, x in zip(names, numbers, strict=False) if not np.isfinite(x)]
+            return failed, f"not finite: {', '.join(lost) or 'a mean or a sigma'}"
         return statistics, ""
 
 
@@ -641,9 +655,10 @@ def numbers_of_designs(numbers: Sequence[Objective], designs: RealArray) -> Real
 def columns_of(number: Objective, given: RealArray) -> RealArray:
     """Return the responses of a number's own function or model, (n, c), of n rows."""
     # a function that writes into its argument changes a copy
-    columns = np.asarray(cast(Any, number.response)(np.array(given)), dtype=float)
     # a model of its own may have several responses, whose sum or worst counts
-    n_columns = len(getattr(number.response, "response_names", ("",)))
+    names = getattr(number.response, "response_names", (number.name,))
+    n_columns = len(names)
+    columns = real_numbers(cast(Any, number.response)(np.array(given)), names)
     if columns.size != len(given) * n_columns:
         raise InputError(
             f"'{number.name}' gave an array of shape {columns.shape} for {len(given)} designs or "

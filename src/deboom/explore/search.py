@@ -1,9 +1,10 @@
-"""The search, and the only module with pymoo: any algorithm, resume, descents, verification."""
+"""The search by any algorithm of pymoo: resume, descents, verification."""
 
 from __future__ import annotations
 
 import hashlib
 import time
+import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
@@ -14,6 +15,7 @@ from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 import pymoo.util
 from pymoo.algorithms.moo.age import AGEMOEA
 from pymoo.algorithms.moo.moead import MOEAD, ParallelMOEAD
@@ -55,7 +57,7 @@ from deboom.explore.robust import (
 )
 from deboom.explore.scatter import ToleranceSample
 from deboom.explore.selection import improved, pick
-from deboom.explore.space import DesignSpace, checked_seed
+from deboom.explore.space import DesignSpace, check_repeats, checked_seed
 from deboom.explore.workers import workers_for
 from deboom.progress import progress_shown
 
@@ -79,7 +81,10 @@ class Store(Protocol):
         """Return the facts; None before they were first saved."""
 
     def keep(self, number: int, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Keep the evaluations of one generation by name; the first is number 1."""
+        """Keep the evaluations of one generation by name; the first is number 1.
+
+        Number 0 is what descents found.
+        """
 
     def kept(self, number: int) -> Mapping[str, npt.NDArray[Any]] | None:
         """Return the evaluations of one generation; None if they were not kept."""
@@ -425,7 +430,13 @@ class _Archive(RobustWrapper):
         number = len(self.generations) + 1
         kept = self.store.kept(number)
         if kept is not None and np.array_equal(kept["designs"], designs):
-            return kept_values(kept)
+            values = kept_values(kept)
+            if number == 1 and not _agrees(self.robust, values):
+                raise InputError(
+                    "what was kept was computed by another model or with other draws: its first "
+                    "design has other values now; go on with the former or start anew"
+                )
+            return values
         values = self.robust(designs)
         columns = (column.name for column in fields(RobustValues))
         self.store.keep(number, {name: getattr(values, name) for name in columns})
@@ -440,7 +451,8 @@ class _Archive(RobustWrapper):
             change = (self.front.mean_sum.min() - self.today) / self.front.mean.shape[1]
             unit = str(getattr(self._model, "response_unit", "1")).removesuffix("(A)")
             number = f"{change / self.n_lines:+.2g}" + (f" {unit}" if unit != "1" else "")
-            parts.append(f"best mean {number}".replace("-", "−"))
+            if "," not in unit:  # of several units nothing adds up
+                parts.append(f"best mean {number}".replace("-", "−"))
         parts += [f"{n_failed} failed"] if n_failed else []
         parts += [f"{n_worse} beyond limits"] if n_worse else []
         return ", ".join(parts)
@@ -674,7 +686,7 @@ def search(
     seed: int | None = None,
     searches: int | None = None,
     limits: None = None,
-    first_population: RealArray | Front | None = None,
+    first_population: RealArray | pd.DataFrame | Front | None = None,
     algorithm: str | Algorithm | None = None,
     until: Until | None = None,
     polish: bool | None = None,
@@ -708,7 +720,7 @@ def search(
         Each replaces the one of `settings`; see `deboom.Search`.
     limits : None
         Refused: limits are those of ``Robust(limits=…)``.
-    first_population : array, shape (n, k), Front or what `deboom.read_run` gives, optional
+    first_population : array, shape (n, k), DataFrame, Front or what `read_run` gives, optional
         Designs to begin with, any number [units of the space]; a Latin hypercube completes fewer
         than a population.
     shown : int or None
@@ -726,8 +738,9 @@ def search(
         True shows a line in a notebook or terminal: ``generation 8 of 30, best mean −2.7 dB, 12 s
         left``. A callable gets the number of each generation, their count and a line of text.
     checkpoint : callable, optional
-        Returns where the search of a seed is kept, such as a
-        `deboom.files.run_folder.CheckpointFolder`.
+        Returns where the search of a seed is kept, such as
+        ``deboom.CheckpointFolder("my_search")``: called again, an interrupted search goes on from
+        there, descents included.
 
     Returns
     -------
@@ -772,7 +785,8 @@ def search(
     }
     given = {name: value for name, value in given.items() if value is not None}
     settings = replace(settings, **given)
-    begin = designs_of(first_population)
+    check_repeats(robust.evaluate, robust.space)
+    begin = designs_of(first_population, robust.space)
     if begin is not None and len(begin) < settings.population:
         rest = latin_hypercube(robust.space, settings.population, seed=settings.seed)[len(begin) :]
         if robust.limits:
@@ -795,7 +809,14 @@ def search(
             checkpoint=checkpoint,
         )
         for pair in pairs:
-            result = _with_descents(robust, pair, result, seed=settings.seed, progress=told)
+            result = _with_descents(
+                robust,
+                pair,
+                result,
+                seed=settings.seed,
+                progress=told,
+                store=checkpoint(settings.seed) if checkpoint else None,
+            )
     rows = result.front
     if shown is not None:
         picked = _picked(robust, result.evaluated, polish=gradients)
@@ -858,27 +879,55 @@ def _with_descents(
     *,
     seed: int,
     progress: Progress | None,
+    store: Store | None,
 ) -> SearchResult:
     """Return a search whose front has converged by descents, which join its archive.
 
     - `pair`: two of its objectives alone, of which more have their best only converge.
+    - `store`, optional: where they are kept, as number 0, and taken from where they are the same.
     """
     begun = time.perf_counter()
-    values = converged_front(
-        pair,
-        seed=seed,
-        begin=np.asarray(result.front.designs) if robust.limits else None,
-        ends_only=robust.n_objectives > 2,
-        progress=progress,
-    )
+    begin = np.asarray(result.front.designs) if robust.limits else None
+    words = " ".join(pair.objective_labels).encode()
+    mark = zlib.crc32(words + (b"" if begin is None else begin.tobytes()))
+    values = _kept_descents(pair, store, mark)
+    if values is None:
+        values = converged_front(
+            pair,
+            seed=seed,
+            begin=begin,
+            ends_only=robust.n_objectives > 2,
+            progress=progress,
+        )
+        if store is not None and len(values):
+            columns = {each.name: getattr(values, each.name) for each in fields(RobustValues)}
+            store.keep(0, {**columns, "began": np.full(len(values), mark)})
     if robust.n_objectives > 2:
         values = robust(values.designs)
     return replace(
         result,
         front=pareto_front(result.front, values),
         evaluated=joined([result.evaluated, values]),
+        converged=robust.n_objectives == 2,
+        seeds=(),
         seconds=result.seconds + time.perf_counter() - begun,
     )
+
+
+def _kept_descents(robust: RobustEvaluation, store: Store | None, mark: int) -> RobustValues | None:
+    """Return what descents found before; None unless they began alike, with the same model."""
+    kept = None if store is None else store.kept(0)
+    if kept is None or not np.all(kept.get("began", np.array([-1])) == mark):
+        return None
+    values = kept_values(kept)
+    return values if _agrees(robust, values) else None
+
+
+def _agrees(robust: RobustEvaluation, values: RobustValues) -> bool:
+    """Say whether a response gives the first of kept values again."""
+    first = chosen(values, [0])
+    again = robust(first.designs).objectives
+    return bool(np.allclose(again, first.objectives, rtol=1e-6, atol=0.0, equal_nan=True))
 
 
 def _smooth(robust: Robust) -> bool:

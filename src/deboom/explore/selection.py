@@ -1,8 +1,13 @@
-"""Choosing designs: named picks, their last steps by gradient, and indifference intervals."""
+"""Choosing designs: named picks, their last steps by gradient, and indifference intervals.
+
+Decisions on a front are pymoo's, whose import takes long and waits until one is asked for.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, TypeVar
 
@@ -138,6 +143,94 @@ def pick_of_any(
             picks[NONE_WORSE] = int(rows[kept[distance[kept].argmin()]])
     picks[NEAREST] = int(rows[distance.argmin()])
     return picks
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep pymoo's decisions from silencing all warnings, and from telling of an old import."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def _scaled(values: RealArray) -> RealArray:
+    """Return columns from 0, the best of a front, to 1."""
+    span = np.ptp(values, axis=0)
+    return np.asarray((values - values.min(axis=0)) / np.where(span > 0.0, span, 1.0))
+
+
+def nearest_to_ideal(values: RealArray) -> int:
+    """Return the row of a front (n, m) that is nearest to the best of each column in its box."""
+    return int(np.linalg.norm(_scaled(values), axis=1).argmin())
+
+
+def knee(values: RealArray) -> int:
+    """Return the row of a front (n, m) where a little of one column costs most of the others.
+
+    Of several such rows, the nearest to the ideal (`pymoo.mcdm.high_tradeoff`; L. Rachmawati and D.
+    Srinivasan, IEEE Transactions on Evolutionary Computation 13, 2009).
+
+    - raises InputError: a front without a knee.
+    """
+    scaled, rows = _scaled(values), None
+    if len(values) > 2:
+        with _quiet(), np.errstate(all="ignore"):
+            from pymoo.mcdm.high_tradeoff import HighTradeoffPoints
+
+            rows = HighTradeoffPoints()(scaled)
+    if rows is None or len(rows) == 0:
+        raise InputError(
+            "this front has no knee, no design where a little of one objective costs much more of "
+            "another than elsewhere: take 'nearest'"
+        )
+    rows = np.sort(rows)
+    return int(rows[nearest_to_ideal(scaled[rows])])
+
+
+def nearest_to_reference(values: RealArray, reference: RealArray) -> int:
+    """Return the row of a front (n, m) that misses a reference (m,) least, or beats it most.
+
+    The worst column counts, each over its range on the front (`pymoo.decomposition.asf`; A. P.
+    Wierzbicki, "The use of reference objectives in multiobjective optimization", 1980).
+    """
+    from pymoo.decomposition.asf import ASF
+
+    span = np.ptp(values, axis=0)
+    missed = ASF()(values, np.where(span > 0.0, span, 1.0), utopian_point=reference)
+    return int(np.argmin(missed))
+
+
+def nearest_to_weights(values: RealArray, weights: RealArray) -> int:
+    """Return the row of a front (n, m) whose pseudo-weights are nearest to weights (m,).
+
+    A design's pseudo-weight is its distance from the worst of a column, as a share of the sum over
+    the columns (`pymoo.mcdm.pseudo_weights`; K. Deb, "Multi-objective optimization using
+    evolutionary algorithms", 2001).
+    """
+    with _quiet():
+        from pymoo.mcdm.pseudo_weights import PseudoWeights
+    if len(values) == 1:
+        return 0
+    return int(PseudoWeights(weights / weights.sum())(_scaled(values)))
+
+
+def most_desirable(values: RealArray, desired: RealArray, unacceptable: RealArray) -> int:
+    """Return the row of a front (n, m) with the largest geometric mean of desirabilities.
+
+    A column's is 1 up to the desired value (m,), 0 from the unacceptable one (m,), and linear
+    between them (G. Derringer and R. Suich, Journal of Quality Technology 12, 1980).
+
+    - raises InputError: each design has an unacceptable value.
+    """
+    share = np.clip((unacceptable - values) / (unacceptable - desired), 0.0, 1.0)
+    overall = share.prod(axis=1)
+    if not overall.max() > 0.0:
+        least = ", ".join(f"{value:.6g}" for value in values.min(axis=0))
+        raise InputError(
+            f"each design has a value that is not acceptable (the least of each are {least}): ease "
+            "what is not"
+        )
+    return int(overall.argmax())
 
 
 def variables_without_effect(evaluate: Evaluate, space: DesignSpace) -> tuple[str, ...]:

@@ -24,7 +24,17 @@ from deboom.choices import Distribution
 from deboom.common import CONFIDENCE
 from deboom.errors import InputError
 from deboom.explore.scatter import TRUNCATION
-from deboom.explore.space import DesignSpace, Evaluate, check_fits, checked_seed, responses
+from deboom.explore.space import (
+    DesignSpace,
+    Evaluate,
+    check_fits,
+    check_repeats,
+    checked_seed,
+    responses,
+    said,
+    units_of,
+    whole_number,
+)
 from deboom.tabled import Tabled
 
 LEVELS = 4
@@ -588,13 +598,33 @@ SUM = "sum of the responses"
 """Output beside several responses: what a search minimises."""
 
 
+def _moving(space: DesignSpace, inputs: Mapping[str, Sequence[Any]] | None) -> BoolArray:
+    """Return which variables vary, by their bounds or a distribution of their own, shape (k,)."""
+    stated = np.array([name in (inputs or {}) for name in space.names])
+    moving = np.asarray((space.upper > space.lower) | stated)
+    if not moving.any():
+        raise InputError("no variable varies: give at least one of them bounds that differ")
+    return moving
+
+
+def _fixed(space: DesignSpace, inputs: Mapping[str, Sequence[Any]] | None) -> tuple[str, ...]:
+    moving = _moving(space, inputs)
+    return tuple(name for name, moves in zip(space.names, moving, strict=True) if not moves)
+
+
 def _varied(
     space: DesignSpace,
     groups: Mapping[str, Sequence[str]] | None,
     inputs: Mapping[str, Sequence[Any]] | None,
 ) -> SensitivityInputs:
-    """Return variables within their bounds, or as stated, perhaps in groups."""
-    result = replace(design_inputs(space), stated=dict(inputs or {}))
+    """Return variables within their bounds, or as stated, perhaps in groups; no fixed ones."""
+    moving, reach = _moving(space, inputs), np.where(space.integer, 0.5, 0.0)
+    result = SensitivityInputs(
+        names=tuple(np.array(space.names, dtype=object)[moving]),
+        lower=(space.lower - reach)[moving],
+        upper=(space.upper + reach)[moving],
+        stated=dict(inputs or {}),
+    )
     if not groups:
         return result
     of: dict[str, str] = {}
@@ -605,13 +635,45 @@ def _varied(
             if name in of:
                 raise InputError(f"variable '{name}' is in the groups '{of[name]}' and '{group}'")
             of[name] = group
-    return result.grouped([of.get(name, name) for name in space.names])
+    return result.grouped([of.get(name, name) for name in result.names])
 
 
-def _with_sum(values: RealArray, names: Sequence[str]) -> tuple[RealArray, tuple[str, ...]]:
-    """Add the sum to several responses."""
-    if len(names) == 1 or np.ptp(values.sum(axis=1)) == 0.0:
-        return values, tuple(names)
+def _values(
+    model: Evaluate,
+    space: DesignSpace,
+    inputs: Mapping[str, Sequence[Any]] | None,
+    varied: RealArray,
+) -> RealArray:
+    """Return the responses to designs (n, m) of the variables that vary; refuse a failing model."""
+    designs = np.tile(space.nominal, (len(varied), 1))
+    designs[:, _moving(space, inputs)] = varied
+    designs = space.made_whole(designs)
+    try:
+        return responses(model, designs)
+    except Exception as error:
+        words = said(error)
+        failing = next((row for row in designs if _fails(model, row)), designs[0])
+        at = ", ".join(f"{n} {x:.6g}" for n, x in zip(space.names, failing, strict=True))
+        raise InputError(
+            f"the model fails with '{words}', at one of {len(designs)} designs ({at}): one is "
+            "enough to make every index wrong, so narrow the range or repair the model"
+        ) from error
+
+
+def _fails(model: Evaluate, design: RealArray) -> bool:
+    try:
+        responses(model, design[np.newaxis])
+    except Exception:
+        return True
+    return False
+
+
+def _with_sum(values: RealArray, model: Evaluate) -> tuple[RealArray, tuple[str, ...]]:
+    """Add the sum to several responses of one unit."""
+    names = tuple(model.response_names)
+    several_units = len(set(units_of(names, model.response_unit))) > 1
+    if len(names) == 1 or several_units or np.ptp(values.sum(axis=1)) == 0.0:
+        return values, names
     return np.column_stack([values, values.sum(axis=1)]), (*names, SUM)
 
 
@@ -636,6 +698,8 @@ class Sensitivities(Tabled):
         Lines that each response is the sum of.
     pairs : PairIndices, optional
         Second-order indices.
+    fixed : tuple of str
+        Variables that were left out, because their bounds are equal.
     """
 
     problem: Mapping[str, Any]
@@ -643,6 +707,7 @@ class Sensitivities(Tabled):
     unit: str
     n_lines: int = 1
     pairs: PairIndices | None = None
+    fixed: tuple[str, ...] = ()
 
     @property
     def table(self) -> pd.DataFrame:
@@ -658,16 +723,25 @@ class Sensitivities(Tabled):
                 "interaction ± 95 % [1]": indices.interaction_interval,
             }
         else:
+            unit = "see unit" if self._units else self.unit
             columns = {
-                f"mu* [{self.unit}]": indices.mu_star,
-                f"sigma [{self.unit}]": indices.sigma,
-                f"mu* per line [{self.unit}]": indices.mu_star / self.n_lines,
-                f"mu* ± 95 % [{self.unit}]": indices.mu_star_interval,
+                f"mu* [{unit}]": indices.mu_star,
+                f"sigma [{unit}]": indices.sigma,
+                f"mu* per line [{unit}]": indices.mu_star / self.n_lines,
+                f"mu* ± 95 % [{unit}]": indices.mu_star_interval,
             }
         rows = pd.MultiIndex.from_product(
             (indices.factors, indices.outputs), names=("variable", "response")
         ).to_frame(index=False)
+        if self._units and not isinstance(indices, SobolIndices):
+            rows["unit"] = np.tile(self._units, len(indices.factors))
         return rows.assign(**{name: values.ravel() for name, values in columns.items()})
+
+    @property
+    def _units(self) -> tuple[str, ...]:
+        """Unit of each response where they differ."""
+        units = units_of(self.indices.outputs, self.unit) if "," in self.unit else ()
+        return units if len(set(units)) > 1 else ()
 
     @property
     def pair_table(self) -> pd.DataFrame:
@@ -707,7 +781,7 @@ def sobol(
     model : BoomingModel or any other evaluation
         Designs, shape (n, k) → responses, shape (n, r).
     space : DesignSpace
-        Range of the variables.
+        Range of the variables; those with equal bounds are left out: the result's ``fixed``.
     n : int
         Base points, a power of two from 8; n (k + 2) designs are evaluated.
     seed, resamples : int
@@ -730,8 +804,8 @@ def sobol(
     Raises
     ------
     InputError
-        Wrong names, groups, distributions, counts or seed; a response that does not vary or is not
-        finite, by name.
+        Wrong names, groups, distributions, counts or seed; a model that fails, with what it said; a
+        response that does not vary or is not finite, by name.
 
     Examples
     --------
@@ -742,17 +816,26 @@ def sobol(
     [0.2, 0.8]
     """
     check_fits(model, space)
+    n, resamples = whole_number(n, "n, the base points"), whole_number(resamples, "resamples")
+    check_repeats(model, space)
     varied = _varied(space, groups, inputs)
     designs = sobol_designs(varied, n, seed=seed, pairs=second_order)
-    values = responses(model, space.made_whole(designs))
-    values, outputs = _with_sum(values, model.response_names)
+    values = _values(model, space, inputs, designs)
+    values, outputs = _with_sum(values, model)
     names, pairs, alone = varied.factors, None, values
     if second_order:
         pairs = pair_indices(values, names, outputs, seed=seed, n_resamples=resamples)
         alone = without_pairs(values, len(names))
     indices = sobol_indices(alone, names, outputs, seed=seed, n_resamples=resamples)
     lines = getattr(model, "n_lines", 1)
-    return Sensitivities(_named_problem(varied), indices, model.response_unit, lines, pairs)
+    return Sensitivities(
+        problem=_named_problem(varied),
+        indices=indices,
+        unit=model.response_unit,
+        n_lines=lines,
+        pairs=pairs,
+        fixed=_fixed(space, inputs),
+    )
 
 
 def morris(
@@ -771,7 +854,7 @@ def morris(
     model : BoomingModel or any other evaluation
         Designs, shape (n, k) → responses, shape (n, r).
     space : DesignSpace
-        Range of the variables.
+        Range of the variables; those with equal bounds are left out: the result's ``fixed``.
     trajectories : int
         Trajectories, at least 2; each takes k + 1 designs.
     seed : int
@@ -793,8 +876,8 @@ def morris(
     Raises
     ------
     InputError
-        Wrong names, groups, distributions, counts or seed; a response that does not vary or is not
-        finite, by name.
+        Wrong names, groups, distributions, counts or seed; a model that fails, with what it said; a
+        response that does not vary or is not finite, by name.
 
     Examples
     --------
@@ -805,10 +888,18 @@ def morris(
     [1.0, 2.0]
     """
     check_fits(model, space)
+    trajectories = whole_number(trajectories, "trajectories")
+    check_repeats(model, space)
     varied = _varied(space, groups, inputs)
     designs = morris_designs(varied, trajectories, seed=seed)
-    values = responses(model, space.made_whole(designs))
-    values, outputs = _with_sum(values, model.response_names)
+    values = _values(model, space, inputs, designs)
+    values, outputs = _with_sum(values, model)
     effects = morris_analysis(varied, designs, values, outputs, seed=seed)
     lines = getattr(model, "n_lines", 1)
-    return Sensitivities(_named_problem(varied), effects, model.response_unit, lines)
+    return Sensitivities(
+        problem=_named_problem(varied),
+        indices=effects,
+        unit=model.response_unit,
+        n_lines=lines,
+        fixed=_fixed(space, inputs),
+    )

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import numbers
+import re
+import warnings
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +16,7 @@ from scipy.stats import qmc
 
 from deboom.arrays import BoolArray, RealArray, checked, checked_array
 from deboom.choices import Distribution
-from deboom.errors import InputError
+from deboom.errors import DataWarning, InputError
 
 SIGMAS_PER_TOLERANCE = 3.0
 """Standard deviations of the scatter in the half width of a tolerance [1]."""
@@ -254,7 +257,8 @@ class ResponseFunction:
     variable_names, response_names : tuple of str
         Name of each column of the designs and of the responses.
     response_unit : str
-        Unit of all responses.
+        Unit of all responses, or one of each, such as ``"dB(A), kg"``: objectives and limits are
+        then of single responses.
     n_lines : int
         Number of lines if each response is a sum over lines, such as SPLV; results then have the
         mean over the lines as well.
@@ -288,7 +292,9 @@ class ResponseFunction:
         """Return the function's responses; of a single one a plain vector will do."""
         try:
             # a function that writes into its argument does not change the designs
-            values = np.asarray(self.function(np.array(designs, dtype=float)), dtype=float)
+            values = real_numbers(
+                self.function(self._argument(np.array(designs, dtype=float))), self.response_names
+            )
         except (InputError, np.linalg.LinAlgError):
             raise
         except (TypeError, ValueError) as error:
@@ -298,15 +304,42 @@ class ResponseFunction:
             ) from error
         return values[:, np.newaxis] if values.ndim == len(self.response_names) == 1 else values
 
+    def _argument(self, designs: RealArray) -> Any:
+        """Return designs, as a DataFrame for a regressor that was fitted on one."""
+        fitted_on = getattr(getattr(self.function, "__self__", None), "feature_names_in_", None)
+        if fitted_on is None:
+            return designs
+        from pandas import DataFrame
+
+        columns = {re.sub(r"\s*\[.*\]$", "", str(label)): label for label in fitted_on}
+        if set(columns) != set(self.variable_names):
+            raise InputError(
+                f"the regressor was fitted on the columns {list(fitted_on)}, and the variables are "
+                f"{list(self.variable_names)}: give both the same names"
+            )
+        frame = DataFrame(designs, columns=[columns[name] for name in self.variable_names])
+        return frame[list(fitted_on)]
+
     def design_space(self, *, bounds: float = 0.20, tolerance: float = 0.15) -> DesignSpace:
         """Return the space of factors within 1 ± `bounds`, see `stiffness_factor_space`."""
         return stiffness_factor_space(self.variable_names, bounds, tolerance)
 
 
+def units_of(responses: Sequence[str], unit: str) -> tuple[str, ...]:
+    """Return the unit of each response, such as of ``"dB(A), kg"``; refuse more or fewer."""
+    units = tuple(each.strip() for each in unit.split(","))
+    if len(units) not in (1, len(responses)):
+        raise InputError(
+            f"{len(units)} units '{unit}' of the responses {list(responses)}: give one for all, or "
+            "one for each"
+        )
+    return units * len(responses) if len(units) == 1 else units
+
+
 def responses(evaluate: Evaluate, designs: RealArray) -> RealArray:
     """Return responses (n, r) to designs (n, k), not finite if one fails; refuse other shapes."""
     # a model that writes into its argument does not change the designs
-    values = np.asarray(evaluate(np.array(designs, dtype=float)), dtype=float)
+    values = real_numbers(evaluate(np.array(designs, dtype=float)), evaluate.response_names)
     promised = (len(designs), len(evaluate.response_names))
     if values.shape != promised:
         raise InputError(
@@ -316,6 +349,56 @@ def responses(evaluate: Evaluate, designs: RealArray) -> RealArray:
     return values
 
 
+def real_numbers(given: Any, names: Sequence[str]) -> RealArray:
+    """Return what a model gave as real numbers; refuse complex ones and text by response."""
+    values = np.asarray(given)
+    if values.dtype.kind in "biuf":
+        return np.asarray(values, dtype=float)
+    rows = np.atleast_2d(values.T).T if values.ndim < 2 else values
+    for place in np.ndindex(rows.shape):
+        entry: Any = rows[place]
+        if not isinstance(entry, numbers.Real | np.bool_):
+            column = place[-1]
+            name = f"'{names[column]}'" if rows.shape[-1] == len(names) else f"one of {list(names)}"
+            raise InputError(
+                f"the model gives {entry!r} for {name}, and a response is a real number: return a "
+                "level or a magnitude of complex values, and text as numbers"
+            )
+    return np.asarray(values, dtype=float)
+
+
+def not_finite(values: RealArray, names: Sequence[str]) -> str:
+    """Say which responses (n, r) are not finite, and of how many of the n."""
+    counts = np.count_nonzero(~np.isfinite(values), axis=0)
+    words = [f"'{name}' in {count}" for name, count in zip(names, counts, strict=True) if count]
+    return f"not finite of {len(values)} parts: {', '.join(words)}"
+
+
+def check_repeats(model: Evaluate, space: DesignSpace) -> None:
+    """Warn of a model that does not give the same responses for today's design twice.
+
+    A model that fails there, or whose outputs are no numbers, says so where it is explored.
+    """
+    try:
+        first, second = (responses(model, space.nominal[np.newaxis])[0] for _ in range(2))
+    except Exception:
+        return
+    change = np.nan_to_num(np.abs(second - first))
+    if np.any(change > SAME_TWICE * np.abs(first)):
+        row = int(change.argmax())
+        unit = f" {units_of(model.response_names, model.response_unit)[row]}".removesuffix(" 1")
+        warnings.warn(
+            f"the model does not repeat: called twice with today's design, "
+            f"'{model.response_names[row]}' differs by {change[row]:.3g}{unit}; "
+            "searches take such noise for an effect of the design and select lucky designs, "
+            "gradients follow it, and no result can be repeated: give the model a fixed seed",
+            DataWarning,
+            stacklevel=3,
+        )
+
+
+SAME_TWICE = 1e-9
+"""Relative change up to which a model gives the same response twice: that of threads [1]."""
 LONGEST_MESSAGE = 400
 """Characters that are kept of what a model said of a design that failed."""
 
@@ -329,6 +412,7 @@ def said(error: Exception) -> str:
     if cause is None or isinstance(cause, InputError):
         raise error
     words = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+    words = words.removesuffix(": ")
     return words[:LONGEST_MESSAGE]
 
 
@@ -342,6 +426,7 @@ def checked_model(model: Evaluate) -> Evaluate:
             "deboom.ResponseFunction(function, variable_names, response_names, response_unit); of "
             "a scikit-learn regressor the function is its predict"
         )
+    units_of(model.response_names, model.response_unit)
     return model
 
 
@@ -371,6 +456,15 @@ def checked_seed(seed: int) -> int:
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 1:
         raise InputError(f"seed {seed!r} is not an integer from 1 upwards: choose one, such as 1")
     return int(seed)
+
+
+def whole_number(value: Any, item: str) -> int:
+    """Return a count as an integer, also of 1024.0, or refuse it by name."""
+    if isinstance(value, int | np.integer) and not isinstance(value, bool):
+        return int(value)
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
+    raise InputError(f"{item}: {value!r} is not a whole number, give one such as 1024")
 
 
 def generator(seed: int, purpose: str, *words: int) -> np.random.Generator:

@@ -200,15 +200,18 @@ def _saved_designs(path: Path, space: DesignSpace) -> RealArray:
 
 
 def read_designs(
-    path: str | Path, responses: Sequence[str], *, variables: Sequence[str] | None = None
+    path: str | Path | pd.DataFrame,
+    responses: Sequence[str],
+    *,
+    variables: Sequence[str] | None = None,
 ) -> Experiment:
     r"""Read designs that were evaluated elsewhere, such as a table of modeFRONTIER.
 
     Parameters
     ----------
-    path : path
-        ``.csv`` or ``.xlsx`` (first sheet), a row per design, units in the headers, such as
-        ``TSM x [N/mm]``; a header without a unit is a plain number.
+    path : path or DataFrame
+        ``.csv`` or ``.xlsx`` (first sheet), or the table itself: a row per design, units in the
+        headers, such as ``TSM x [N/mm]``; a header without a unit is a plain number.
     responses : sequence of str
         Names of the response columns, without their unit.
     variables : sequence of str, optional
@@ -225,7 +228,7 @@ def read_designs(
     ------
     InputError
         A file that is missing or no table; a column that is not there, or a variable that is no
-        number, by line; responses of several units; no response at all.
+        number, by line; no response at all.
 
     Examples
     --------
@@ -235,10 +238,11 @@ def read_designs(
     >>> deboom.read_designs(path, ["y"]).doe.failures
     ('', '', 'not computed')
     """
-    path = Path(path)
+    table = path if isinstance(path, pd.DataFrame) else None
+    path = Path("DataFrame") if isinstance(path, pd.DataFrame) else Path(path)
     if not responses:
         raise InputError(f"{path}: name at least one response column")
-    columns = read_columns(path, responses[0])
+    columns = read_columns(path, responses[0]) if table is None else Columns.of(table)
     headers = columns.by_name(path)
     if variables is None:
         variables = [
@@ -250,12 +254,6 @@ def read_designs(
     if not variables:
         raise InputError(f"{path} has no column beside the responses: add one per variable")
     units = {name: name_and_unit(header)[1] or "1" for name, header in headers.items()}
-    of_responses = {units[name] for name in responses}
-    if len(of_responses) > 1:
-        raise InputError(
-            f"{path}: the responses have the units {', '.join(sorted(of_responses))}: read those "
-            "of one unit at a time"
-        )
     designs = columns.numbers(*(headers[name] for name in variables)).T
     values = _computed(columns, [headers[name] for name in responses])
     failed = np.asarray(~np.isfinite(values).all(axis=1))
@@ -267,13 +265,18 @@ def read_designs(
             name=path.stem,
             space=_space_around(variables, [units[name] for name in variables], designs),
             response_names=tuple(responses),
-            response_unit=of_responses.pop(),
+            response_unit=_unit_of_all([units[name] for name in responses]),
             designs=designs,
             responses=values,
             failures=tuple("not computed" if bad else "" for bad in failed.tolist()),
             plan=path.name,
         )
     )
+
+
+def _unit_of_all(units: Sequence[str]) -> str:
+    """Return the unit of all responses, or one of each; see `deboom.ResponseFunction`."""
+    return units[0] if len(set(units)) == 1 else ", ".join(units)
 
 
 def _space_around(names: Sequence[str], units: Sequence[str], designs: RealArray) -> DesignSpace:
@@ -307,7 +310,7 @@ def write_designs(
         Variables of the designs.
     responses : sequence of str
         Headers of the columns to be filled in, with their unit, such as ``van [dB(A)]``.
-    designs : array, shape (n, k), Front or what `read_run` gives, optional
+    designs : array, shape (n, k), DataFrame, Front or what `read_run` gives, optional
         Designs [units of the space]; by default a Latin hypercube.
     n : int
         Number of designs of the Latin hypercube, at least 2.
@@ -334,7 +337,7 @@ def write_designs(
     ['design', 'k [N/mm]', 'van [dB(A)]']
     """
     path = Path(path)
-    rows = designs_of(designs)
+    rows = designs_of(designs, space)
     rows = latin_hypercube(space, n, seed=seed) if rows is None else checked_within(space, rows)
     if not responses:
         raise InputError(f"{path}: name at least one response to be filled in")
@@ -393,7 +396,7 @@ def experiment_of(
             name=str(table["doe"].iloc[0]),
             space=_space_around(names, [units[name] for name in names], designs),
             response_names=tuple(responses),
-            response_unit=units[responses[0]],
+            response_unit=_unit_of_all([units[name] for name in responses]),
             designs=designs,
             responses=table[[labels[name] for name in responses]].to_numpy(float),
             failures=tuple("" if pd.isna(said) else str(said) for said in table["failure"]),

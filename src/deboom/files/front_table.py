@@ -22,6 +22,8 @@ from deboom.tabled import Tabled
 FRONT, CONVERGENCE = "front.csv", "convergence.csv"
 FILES = (FRONT, CONVERGENCE)
 """Files of a run folder that a front is read from, as far as they are there."""
+CONVERGED = "converged"
+"""Fact of a record whose front descents have brought to convergence."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,18 +34,21 @@ class FrontTable(Tabled):
     - `variables`: labels of the design variables, ``name [unit]``, all of them columns.
     - `convergence` (n_generations,): hypervolume of the search [product of the objectives' units];
       empty if it was not kept.
+    - `converged`: whether descents have brought the whole front to convergence.
     """
 
     rows: pd.DataFrame
     variables: tuple[str, ...]
     convergence: RealArray
+    converged: bool = False
 
     @classmethod
     def of(cls, front: Front) -> FrontTable:
         """Return the table of a front: what it shows, and beside it its designs."""
         designs = front.designs().drop(columns=POINT)
         rows = pd.concat([front.table, designs], axis=1)
-        return cls(rows, tuple(designs.columns), front.search.hypervolume)
+        search = front.search
+        return cls(rows, tuple(designs.columns), search.hypervolume, search.converged)
 
     @property
     def table(self) -> pd.DataFrame:
@@ -84,8 +89,8 @@ class FrontTable(Tabled):
         return list(self.rows[PICK]) if PICK in self.rows else [""] * len(self.rows)
 
     @classmethod
-    def read(cls, folder: Path) -> FrontTable:
-        """Read the front of a run folder.
+    def read(cls, folder: Path, *, converged: bool = False) -> FrontTable:
+        """Read the front of a run folder, whose record says whether it has converged.
 
         - raises InputError: a file that is missing or no table, or no design variables.
         """
@@ -100,7 +105,12 @@ class FrontTable(Tabled):
             rows[PICK] = rows[PICK].fillna("")
         path = folder / CONVERGENCE
         kept = read_frame(path).iloc[:, -1].to_numpy(float) if path.is_file() else np.empty(0)
-        return cls(rows, variables, kept)
+        return cls(rows, variables, kept, converged)
+
+
+def facts_of(front: Front) -> dict[str, str]:
+    """Return what a record says of a front beside its tables."""
+    return {CONVERGED: "the whole front, by descents"} if front.search.converged else {}
 
 
 def tables_of(front: Front) -> dict[str, pd.DataFrame]:

@@ -385,7 +385,8 @@ class RunEntry:
                 f"run {self.folder} is of {self.study}, which is no front study (no "
                 f"{front_table.FRONT}): take a run of a front, such as those of front"
             )
-        return front_table.FrontTable.read(self.folder)
+        converged = front_table.CONVERGED in self.record.get("facts", {})
+        return front_table.FrontTable.read(self.folder, converged=converged)
 
     @property
     def tables(self) -> tuple[str, ...]:
@@ -504,7 +505,7 @@ def readable_runs(
     return tuple(entries), tuple(damaged)
 
 
-def read_run(folder: str | Path) -> RunEntry:
+def read_run(folder: str | Path | RunEntry) -> RunEntry:
     """Return the run of a folder, or of a page or file in it, or by its name in ``results`` here.
 
     A name may be cut short where one run alone begins so.
@@ -513,7 +514,8 @@ def read_run(folder: str | Path) -> RunEntry:
     ----------
     folder : str or Path
         Folder of a run, a file in it, the name of a run, or ``<folder of a study>/latest`` for its
-        run that began last and has finished; ``latest`` for that of any study in ``results``.
+        run that began last and has finished; ``latest`` for that of any study in ``results``. What
+        `save_run` gives is such a run already.
 
     Returns
     -------
@@ -537,6 +539,8 @@ def read_run(folder: str | Path) -> RunEntry:
     ...
     deboom.errors.InputError: nowhere is no run folder: ...
     """
+    if isinstance(folder, RunEntry):
+        return folder
     folder = latest_run(Path(folder))
     named = [] if folder.exists() else _runs_named(folder)
     if len(named) > 1:
@@ -621,12 +625,12 @@ def _kept_of(
     from deboom.explore.doe import Experiment, doe_frame
     from deboom.explore.result import Front
     from deboom.explore.sensitivity import Sensitivities, SobolIndices
-    from deboom.files.front_table import tables_of
+    from deboom.files.front_table import facts_of, tables_of
 
     if isinstance(result, Front):
         search = result.search
         how = f"{search.algorithm}, {search.stopped}, {search.seconds:.1f} s"
-        kept = {"search": how, "note": result.text}
+        kept = {"search": how, "note": result.text} | facts_of(result)
         return tables_of(result), {"seed": search.seed, "facts": kept}
     if isinstance(result, Experiment):
         doe = result.doe
@@ -827,17 +831,40 @@ class CheckpointFolder:
     Every file appears complete or not at all, whenever the process is killed. The folder is made
     with the first file.
 
-    - `folder`: of this search alone; its parent exists.
-    - `inputs_sha256`: input files of the search and their hashes, such as `hash_files` gives; None
-      where it is only looked at.
-    - raises InputError: the folder holds a search with other inputs: the sentence names the first
-      such file; or a link leads out of it.
+    Parameters
+    ----------
+    folder : str or Path
+        Of this search alone.
+    inputs_sha256 : mapping of str to str, optional
+        Input files of the search and their hashes, such as `hash_files` gives; None where there are
+        none, as in a notebook, or where it is only looked at.
+
+    Raises
+    ------
+    InputError
+        The folder holds a search with other inputs: the sentence names the first such file; or a
+        link leads out of it.
+
+    Examples
+    --------
+    >>> import deboom, tempfile
+    >>> model = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a",), ("y",), "dB")
+    >>> robust = deboom.Robust(model, model.design_space(), draws=64)
+    >>> kept = deboom.CheckpointFolder(tempfile.mkdtemp())
+    >>> front = deboom.search(robust, population=8, generations=4, checkpoint=kept)
+    >>> (kept(1).folder / "search.json").is_file()
+    True
     """
 
     folder: Path
     inputs_sha256: Mapping[str, str] | None = None
 
+    def __call__(self, seed: int) -> CheckpointFolder:
+        """Return the folder in this one of the search of a seed, as `deboom.search` asks for it."""
+        return CheckpointFolder(self.folder / f"seed{seed}", self.inputs_sha256)
+
     def __post_init__(self) -> None:
+        object.__setattr__(self, "folder", Path(self.folder))
         then, now = self._stated(INPUTS, _Inputs), self.inputs_sha256
         if then is None or now is None:
             return
@@ -860,7 +887,7 @@ class CheckpointFolder:
         return self._stated(SEARCH, _SearchFacts)
 
     def keep(self, number: int, arrays: Mapping[str, AnyArray]) -> None:
-        """Keep the evaluations of one generation, from number 1."""
+        """Keep the evaluations of one generation, from number 1; 0 is what descents found."""
         stream = io.BytesIO()
         np.savez(stream, allow_pickle=False, **arrays)
         self._write(f"evaluations/{number:06d}.npz", stream.getvalue())

@@ -251,6 +251,15 @@ class Columns:
     texts: Mapping[str, Sequence[str]]
     lines: Sequence[int]
 
+    @classmethod
+    def of(cls, table: pd.DataFrame) -> Columns:
+        """Return the columns of a table in memory; its rows count from 1."""
+        texts = {
+            str(header): tuple("" if pd.isna(entry) else str(entry) for entry in table[header])
+            for header in table
+        }
+        return cls(texts, range(1, len(table) + 1))
+
     def numbers(self, *headers: str, with_holes: bool = False) -> RealArray:
         """Return columns as numbers, one row per header.
 

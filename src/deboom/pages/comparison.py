@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 from typing import Any
@@ -15,22 +15,23 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import RealArray
-from deboom.common import PERCENT, Progress
+from deboom.common import PERCENT, Progress, listed
 from deboom.errors import InputError
 from deboom.explore.front import (
     ENOUGH_SEEDS,
     LAST_PART,
+    LEFT_BY_DESCENTS,
     REAL_FROM,
     SETS,
     CommonBox,
-    Contestant,
     Difference,
     FrontVerdict,
+    JudgedFront,
     attainment,
     common_box,
     common_judges,
     coverage,
-    difference,
+    front_difference,
     last_gain,
     level_gap,
     nondominated,
@@ -53,9 +54,9 @@ SHOWN_PAIRS = 15
 """Pairs that a page shows of many."""
 
 
-@dataclass(frozen=True, eq=False)
-class JudgedRun:
-    """A run's front under the common draws.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class JudgedRun(JudgedFront):
+    """A run's front under the common draws; variables without effect are at nominal.
 
     Parameters
     ----------
@@ -63,18 +64,12 @@ class JudgedRun:
         The run.
     name : str
         Of its configuration.
-    by_set : array, shape (n_sets, n, 2)
-        Objectives under each set of draws [unit of the objectives].
-    designs : array, shape (n, k)
-        Those that could be computed; variables without effect are at nominal [units of the space].
     n_failed : int
         Designs of the front that could not be computed.
     """
 
     run: ComparedRun
     name: str
-    by_set: RealArray
-    designs: RealArray
     n_failed: int
 
     @cached_property
@@ -122,55 +117,25 @@ class Comparison:
     def hypervolumes(self) -> dict[str, RealArray]:
         """By configuration: share of the box, shape (n_runs, n_sets) [1]."""
         return {
-            name: np.array(
-                [[self.box.hypervolume(front) for front in judged.by_set] for judged in runs]
-            )
-            for name, runs in self.groups.items()
-        }
-
-    def progress(self, judged: JudgedRun) -> float:
-        """Return what a search's last fifth has gained, as a share of the box; NaN: unknown.
-
-        A gain outside the box counts too, but at most as much as the hypervolume of the front.
-        """
-        gained = self.box.share(last_gain(judged.run.front.convergence))
-        return float(np.minimum(gained, self.box.hypervolume(judged.objectives)))
-
-    @cached_property
-    def contestants(self) -> dict[str, Contestant]:
-        """Configurations with all that is known of their chance."""
-        return {
-            name: Contestant(
-                name, self.hypervolumes[name], np.array([self.progress(judged) for judged in runs])
-            )
+            name: np.array([judged.merit(self.box) for judged in runs])
             for name, runs in self.groups.items()
         }
 
     @cached_property
     def pairs(self) -> dict[tuple[str, str], Difference]:
         """Every configuration against every other, as shares of the box."""
-        pairs = {}
-        for first, second in combinations(self.contestants, 2):
-            pair = difference(self.contestants[first], self.contestants[second])
-            if pair.verdict is not FrontVerdict.real and self.covers(first, second):
-                pair = replace(pair, verdict=FrontVerdict.real)
-            pairs[first, second] = pair
-        return pairs
-
-    def covers(self, first: str, second: str) -> bool:
-        """Whether one front covers all of the other and not the reverse, whatever the draws.
-
-        Never of runs that differ in their seed only, of which one covers the other by chance.
-        """
-        if len({run.run.configuration for run in self.fronts}) == 1:
-            return False
-        both = [
-            (coverage(front, other), coverage(other, front))
-            for run in self.groups[first]
-            for rival in self.groups[second]
-            for front, other in zip(run.by_set, rival.by_set, strict=True)
-        ]
-        return all(a == 1.0 > b for a, b in both) or all(b == 1.0 > a for a, b in both)
+        only_seeds = len({judged.run.configuration for judged in self.fronts}) == 1
+        return {
+            names: front_difference(
+                self.groups[names[0]],
+                self.groups[names[1]],
+                box=self.box,
+                names=names,
+                judge=self.judge,
+                may_cover_by_chance=only_seeds,
+            )
+            for names in combinations(self.groups, 2)
+        }
 
     @property
     def best(self) -> str:
@@ -187,6 +152,8 @@ class Comparison:
             if best in pair
         }
         verdicts = {judged_pair.verdict for judged_pair in pairs.values()}
+        if verdicts == {FrontVerdict.equal}:
+            return f"The fronts of {listed([best, *pairs])} are equal."
         if verdicts == {FrontVerdict.real}:
             rest = next(iter(pairs)) if len(pairs) == 1 else "all others"
             return f"{best} is really better than {rest}."
@@ -252,7 +219,18 @@ def judged(
         if not computed.any():
             raise InputError(f"no design of {run.entry.folder} can be computed with common draws")
         designs = at_nominal(run.designs[computed], judge.space, free)
-        fronts.append(JudgedRun(run, name, by_set[:, computed], designs, int((~computed).sum())))
+        fronts.append(
+            JudgedRun(
+                by_set=by_set[:, computed],
+                gain=last_gain(run.front.convergence),
+                converged=run.front.converged,
+                found_with=run.model.sample,
+                run=run,
+                name=name,
+                designs=designs,
+                n_failed=int((~computed).sum()),
+            )
+        )
     return Comparison(judge, judge_name, tuple(fronts), n_samples, seed)
 
 
@@ -341,8 +319,7 @@ def comparison_report(study: Comparison) -> Report:
     if len(study.pairs) == 1:
         change = f"{signed(PERCENT * judged_pair.value, 2)} %"
         report.tile(change, "hypervolume, first minus second")
-        if np.isfinite(judged_pair.noise):
-            report.tile(f"±{PERCENT * judged_pair.noise:.2f} %", "what chance alone may give")
+        report.tile(f"±{PERCENT * judged_pair.noise:.2f} %", "what chance alone may give")
         if np.isfinite(gap):
             level = f"{signed(gap, 3)} {unit_word(study)}".strip()
             report.tile(level, "level at equal σ, first minus second")
@@ -361,16 +338,15 @@ def comparison_report(study: Comparison) -> Report:
         "n_real": verdicts.count(FrontVerdict.real),
         "n_within_noise": verdicts.count(FrontVerdict.noise),
         "n_not_decided": verdicts.count(FrontVerdict.open),
+        "n_equal": verdicts.count(FrontVerdict.equal),
         "first": first,
         "second": second,
         "verdict": judged_pair.verdict.value,
         "hypervolume_difference_percent": PERCENT * judged_pair.value,
-    }
-    numbers = {
         "noise_percent": PERCENT * judged_pair.noise,
-        "level_difference": gap,
     }
-    report.summary |= {name: value for name, value in numbers.items() if np.isfinite(value)}
+    if np.isfinite(gap):
+        report.summary["level_difference"] = gap
     for name, volumes in study.hypervolumes.items():
         key = re.sub(r"\W+", "_", name).strip("_")
         report.summary[f"hypervolume_percent_{key}"] = PERCENT * float(volumes.mean())
@@ -418,7 +394,7 @@ def _verdict(report: Report, study: Comparison) -> None:
         )
     differences = [study.pairs[pair] for pair in shown]
     value = PERCENT * np.array([judged_pair.value for judged_pair in differences])
-    noise = PERCENT * np.nan_to_num([judged_pair.noise for judged_pair in differences])
+    noise = PERCENT * np.array([judged_pair.noise for judged_pair in differences])
     panel = plot.IntervalPanel(
         "difference of hypervolume [% of the box]", {"": (value, value - noise, value + noise)}
     )
@@ -462,12 +438,12 @@ def _fronts(report: Report, study: Comparison) -> None:
     hidden = ["seed", *(name for name in table.columns if name.startswith("best "))]
     if not table["failed"].any():
         hidden.append("failed")
-    fine = ("hypervolume [%]", "last gain [%]")
+    fine = ("hypervolume [%]", "noise of the search [%]")
     report.table(
         "fronts",
         table,
-        "Every run. The hypervolume is a share of the common box; last gain is what the last "
-        "generations of the search have gained of it.",
+        "Every run. The hypervolume is a share of the common box; noise of the search is what the "
+        "run alone says of its standard deviation over seeds.",
         dict.fromkeys(fine, 2),
         shown=table.drop(columns=hidden),
     )
@@ -523,7 +499,7 @@ def front_table(study: Comparison) -> pd.DataFrame:
                 "failed": judged.n_failed,
                 "still non-dominated [%]": PERCENT * float(np.mean(nondominated(front))),
                 "hypervolume [%]": PERCENT * float(np.mean(volumes)),
-                "last gain [%]": PERCENT * study.progress(judged),
+                "noise of the search [%]": PERCENT * judged.noise(study.box)[0],
                 f"best mean {unit_label(study)}": front[:, 0].min() * study.per_line,
                 f"best σ {unit_label(study)}": front[:, 1].min() * study.per_line,
             }
@@ -561,14 +537,15 @@ def verdict_sentence(study: Comparison, pair: tuple[str, str]) -> str:
     first, second = pair
     judged_pair = study.pairs[pair]
     value, noise = PERCENT * judged_pair.value, PERCENT * judged_pair.noise
+    if judged_pair.verdict is FrontVerdict.equal:
+        return f"{first} and {second} are equal: all their designs have the same values."
     if judged_pair.verdict is FrontVerdict.open:
-        why = "a single run that keeps no convergence.csv does not say how far to trust it"
-        if np.isfinite(noise):
-            why = (
-                f"{signed(value, 2)} % hypervolume; with so few seeds chance may give "
-                f"±{noise:.2f} %"
-            )
-        return f"{first} against {second}: not decided, {why}; run {ENOUGH_SEEDS} seeds of each."
+        lacking = judged_pair.too_few
+        return (
+            f"{first} against {second}: not decided, {signed(value, 2)} % hypervolume; with so few "
+            f"seeds chance may give ±{noise:.2f} %; run {ENOUGH_SEEDS} seeds of "
+            f"{lacking[0] if len(lacking) == 1 else 'each'}{_apart(study, lacking)}."
+        )
     if judged_pair.verdict is FrontVerdict.noise:
         return (
             f"{first} against {second}: within noise ({signed(value, 2)} % hypervolume; chance "
@@ -584,6 +561,13 @@ def verdict_sentence(study: Comparison, pair: tuple[str, str]) -> str:
         f"{better} is really better than {worse}: its front dominates {abs(value):.2f} % more of "
         f"the box; chance alone may give ±{noise:.2f} %."
     )
+
+
+def _apart(study: Comparison, names: Sequence[str]) -> str:
+    """Say how far apart new seeds must be where each run has taken several."""
+    runs = [judged.run for name in names for judged in study.groups[name]]
+    most = max(int(run.entry.record["arguments"].get("searches") or 1) for run in runs)
+    return f", {most} apart, since --searches {most} takes so many" if most > 1 else ""
 
 
 def _shown(study: Comparison) -> list[tuple[str, str]]:
@@ -610,9 +594,11 @@ def _method(study: Comparison) -> str:
         f"A difference is real if chance gives such a difference in less than "
         f"{PERCENT * (1 - REAL_FROM):g} % of all cases. Chance is in the draws (spread of the "
         f"difference over the {SETS} sets) and in the searches: with {ENOUGH_SEEDS} seeds or more "
-        "of a configuration their own spread counts; with fewer, what the last "
-        f"{PERCENT * LAST_PART:g} % of the generations have gained stands for it, since a search "
-        "that still moved by so much could as well have ended elsewhere by so much."
+        "of a configuration their own spread counts. Fewer fronts that descents have brought to "
+        f"convergence scatter by {PERCENT * LEFT_BY_DESCENTS:g} %. Of other runs what the last "
+        f"{PERCENT * LAST_PART:g} % of the generations have gained stands for the scatter, since a "
+        "search that still moved by so much could as well have ended elsewhere by so much; without "
+        "convergence.csv the whole hypervolume does."
     )
 
 

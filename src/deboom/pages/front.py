@@ -11,7 +11,7 @@ from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.explore.result import Front
-from deboom.files.front_table import tables_of
+from deboom.files.front_table import facts_of, tables_of
 from deboom.plot.style import FULL_WIDTH
 from deboom.report import Report
 from deboom.vehicles.fleet_front import FleetFront
@@ -24,10 +24,11 @@ if TYPE_CHECKING:
 def report_front(
     report: Report, front: Front, beside: Mapping[str, Sequence[str]] | None = None
 ) -> None:
-    """Add the files of a front to a report, see `deboom.files.front_table`.
+    """Add the files and the facts of a front to a report, see `deboom.files.front_table`.
 
     - `beside`: further columns after the picks, one text per design.
     """
+    report.facts |= facts_of(front)
     for name, frame in tables_of(front).items():
         if name == "front":
             for place, (column, texts) in enumerate((beside or {}).items(), start=2):

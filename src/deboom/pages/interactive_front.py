@@ -13,6 +13,7 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.common import N_PER_MM
 from deboom.errors import InputError
+from deboom.explore.front import VERIFICATION, interval_of_scrambles
 from deboom.explore.robust import Robust
 from deboom.explore.selection import at_nominal
 from deboom.files.disk import read_bytes
@@ -286,6 +287,7 @@ def _nominal(study: SupplierStudy) -> dict[str, float]:
 
 def _objectives(study: SupplierStudy, front: FrontTable) -> list[Axis]:
     per_line = study.per_vehicle / len(study.vehicles)
+    interval = interval_of_scrambles(len(VERIFICATION)) * per_line
     names, rows = front.columns, front.rows
     shown = (
         ("mean level", "dB(A)", names.mean_sum, "mean level [dB(A)]", names.mean_error),
@@ -301,7 +303,7 @@ def _objectives(study: SupplierStudy, front: FrontTable) -> list[Axis]:
             _array(today[column])[0],
             ACCENT,
             "objective",
-            errors=_array(rows[error]) * per_line if error in rows else None,
+            errors=_array(rows[error]) * interval if error in rows else None,
         )
         for name, unit, total, column, error in shown
     ]

@@ -414,8 +414,8 @@ def _conflict(report: Report, view: PlatformFront) -> None:
         "pareto_front",
         lambda: view.front.picture(view.judged_prescribed, width),
         "Both objectives of the front, with today's mounts and the picks; down and left is "
-        "better. Bars: one standard error over independent scrambles of the draws."
-        + ("" if matters else f" The whole height is {view.sigma_range:.2g} dB of σ."),
+        "better. Bars: 95 % intervals by Student's t over independent scrambles of the "
+        "draws." + ("" if matters else f" The whole height is {view.sigma_range:.2g} dB of σ."),
     )
 
 

@@ -42,7 +42,7 @@ def pareto_front(
     *,
     mean_label: str,
     sigma_label: str,
-    label: str = "front, ± standard error",
+    label: str = "front, ± 95 %",
     beside: Pairs | None = None,
     width: float = FULL_WIDTH,
     ax: Axes | None = None,
@@ -54,8 +54,8 @@ def pareto_front(
     mean, sigma : array, shape (n_front,)
         Objectives [unit in the label].
     mean_error, sigma_error : array, shape (n_front,) or (n_front, 2)
-        How far bars reach to both sides, or down and up, such as standard errors [unit of the
-        label].
+        How far bars reach to both sides, or down and up, such as halves of 95 % intervals [unit of
+        the label].
     baseline : (float, float) or None
         Mean and sigma of the nominal design [units of the labels]; None where it has none.
     picks : mapping of str to (float, float)

@@ -111,8 +111,8 @@ GLOSSARY: Mapping[str, str] = {
         "than chance explains at 99 %."
     ),
     "not decided": (
-        "Two fronts of fewer than three seeds each differ by less than their searches can miss: "
-        "three seeds of each would decide."
+        "Two fronts differ by less than their searches can miss, and at least one of them has "
+        "neither converged nor three seeds: three seeds of each would decide."
     ),
     "sensitivity index": (
         "The share of the variance of an output that comes from a variable, between 0 and 1, when "

@@ -45,7 +45,7 @@ class Axis:
 
     - `values` (n + m,), `today`: of each design, then of m that were evaluated on the way; of
       today's [`unit`; ``1`` for a factor].
-    - `errors` (n,) or None: standard error of each design's value [unit].
+    - `errors` (n,) or None: half of the 95 % interval of each design's value [unit].
     - `colour`: ``#RRGGBB`` of what the axis belongs to; `kind`: variable, objective or vehicle.
     - `limits`: ends of the axis [unit]; None: those of the values and of today's.
     - `stiffness`: what a factor of 1 stands for [N/mm]; nan where it stands for none.

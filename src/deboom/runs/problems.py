@@ -18,7 +18,7 @@ from deboom.mounts.surface_forces import Outside
 from deboom.runs.catalogue import catalogue_index, platform_catalogue
 from deboom.runs.compressor_fleet import CompressorFleet, mount_space, mounted_fleet, travel_limit
 from deboom.vehicles.booming_model import Motion
-from deboom.vehicles.platform import MountSource, Platform
+from deboom.vehicles.platform import LoadCases, MountSource, Platform
 
 
 class BoomingProblem(RobustProblem):
@@ -75,7 +75,7 @@ class BoomingProblem(RobustProblem):
         seed: int = 1,
         band: tuple[float, float] | None = None,
         motion: str | Motion | None = None,
-        load_cases: Sequence[str] | None = None,
+        load_cases: LoadCases | None = None,
     ) -> None:
         model = platform.model(vehicles, band=band, motion=motion, load_cases=load_cases)
         space = model.design_space(bounds=bounds, tolerance=tolerance)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -34,6 +35,9 @@ from deboom.vehicles.fleet import Band, Fleet
 from deboom.vehicles.plausibility import Finding, platform_findings
 from deboom.vehicles.powertrain import KinematicModel, Powertrain, library_model
 from deboom.vehicles.surface_check import SurfaceCheck, surface_check
+
+LoadCases: TypeAlias = Sequence[str] | Mapping[str, float]
+"""Names of load cases, also as ``name=weight``, or weights by name."""
 
 PLATFORM_FILE = "platform.toml"
 LIBRARY_FILE = "mounts.library.json"
@@ -193,7 +197,7 @@ class Platform:
         band: Band | None = None,
         motion: str | Motion | None = None,
         mounts: str | MountSource = MountSource.library,
-        load_cases: Sequence[str] | None = None,
+        load_cases: LoadCases | None = None,
         factor: str | Factor = Factor.dynamic,
         loss_factors: bool = False,
     ) -> BoomingModel:
@@ -214,9 +218,9 @@ class Platform:
             ``"library"``: forces of the response surfaces in the platform's mount library;
             ``"library-inside"``: the same where they are backed by measurements, else measured
             forces; ``"spectra"``: measured forces.
-        load_cases : sequence of str, optional
-            Load cases such as ``"g5_wot220"`` or ``"g5_wot220=2"`` with a weight; by default the
-            platform's default one.
+        load_cases : sequence of str or mapping of str to float, optional
+            Load cases such as ``"g5_wot220"``, or ``"g5_wot220=2"`` and ``{"g5_wot220": 2}`` with a
+            weight; by default the platform's default one.
         factor : str
             ``"dynamic"``: a factor scales the whole curve of stiffness over preload; ``"part"``:
             the rubber, with its stops where they were.
@@ -274,7 +278,7 @@ class Platform:
 
     def runs(
         self,
-        load_cases: Sequence[str] | None = None,
+        load_cases: LoadCases | None = None,
         *,
         fleet: Fleet | None = None,
         mounts: str | MountSource = MountSource.library,
@@ -325,15 +329,20 @@ class Platform:
             parts=self.library,
         )
 
-    def weighted_load_cases(self, requests: Sequence[str] | None) -> list[tuple[LoadCase, float]]:
+    def weighted_load_cases(self, requests: LoadCases | None) -> list[tuple[LoadCase, float]]:
         """Look up load cases with their weights, in the order asked for, not yet normalised [1].
 
-        - `requests`: ``name`` (weight 1) or ``name=weight``; None or empty takes the default.
+        - `requests`: ``name`` (weight 1) or ``name=weight``, or weights by name; None or empty:
+          the default.
         - raises InputError: an unknown or repeated name, a weight that is no number above 0, or a
           load case in which a mount has a negative stiffness or a negative loss.
         """
         chosen: dict[str, float] = {}
-        for request in requests or [self.default_load_case]:
+        if isinstance(requests, Mapping):
+            requests = [f"{name}={weight}" for name, weight in requests.items()]
+        for request in (
+            [requests] if isinstance(requests, str) else requests or [self.default_load_case]
+        ):
             name, has_weight, text = request.partition("=")
             try:
                 weight = float(text) if has_weight else 1.0

@@ -26,7 +26,7 @@ import openpyxl
 import pandas as pd
 from numpy.random import Generator
 
-from deboom.bench.campaign import CampaignPlan
+from deboom.bench.campaign import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.component_writer import write_component_test
 from deboom.bench.compressor_truth import CompressorPlan
@@ -1153,6 +1153,10 @@ RUNS_ON_BENCH = tuple(
 )
 
 
+SHORT_RUN = TimeRunPlan(last_speed=1800.0, duration=3.0)
+"""A run over time that is soon tracked."""
+
+
 def drawn_family(kind: FolderKind, seed: int) -> str:
     """Return the family of a right folder: bodies by turns, rubber and laboratory drawn."""
     if kind is FolderKind.campaign:  # no body, and rubber as tested
@@ -1171,13 +1175,10 @@ def _write_right(kind: FolderKind, folder: Path, seed: int) -> None:
     if kind is FolderKind.platform:
         write_platform(folder, seed, truth_seed=seed, family=drawn_family(kind, seed))
     elif kind is FolderKind.campaign:
-        write_campaign(
-            folder,
-            seed,
-            CampaignPlan(("M1",), RUNS_ON_BENCH, 1),
-            bench=load_bench(seed),
-            family=draw_family(drawn_family(kind, seed), seed, seed),
-        )
+        over_time = None if seed % 4 else SHORT_RUN
+        plan = CampaignPlan(("M1",), RUNS_ON_BENCH, 1, over_time)
+        family = draw_family(drawn_family(kind, seed), seed, seed)
+        write_campaign(folder, seed, plan, bench=load_bench(seed), family=family)
     elif kind is FolderKind.compressor:
         plan = CompressorPlan(identical_mounts=seed % 3 == 0, softening=seed % 2 == 0)
         write_compressor_test(folder, seed, level, plan)

@@ -33,7 +33,7 @@ from deboom.physics.rigid_body import not_rigid
 from deboom.physics.sound_level import spl
 from deboom.vehicles.fleet import Band, path_contributions
 from deboom.vehicles.platform import BAND, LIBRARY_FILE, PLATFORM_FILE, MountSource, Platform
-from deboom.vehicles.plausibility import rigid_share
+from deboom.vehicles.plausibility import of_moving_body, rigid_share
 
 
 class Stage(Enum):
@@ -250,8 +250,10 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         yield "not identified", words
     for finding in platform.findings:
         yield finding.word, finding.sentence
-    for sentence in _alarms(cross_stiffness_of_runs(platform.mounts, platform.load_cases)):
-        yield "ALARM", sentence
+    # motion of the body looks like cross stiffness
+    if not of_moving_body(platform.mounts, platform.load_cases):
+        for sentence in _alarms(cross_stiffness_of_runs(platform.mounts, platform.load_cases)):
+            yield "ALARM", sentence
     for group in groups:
         names = [entry.name for entry in platform.fleet.vehicles if entry.group == group]
         yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"

@@ -15,7 +15,7 @@ import numpy as np
 from claims import Claim, at_least, at_most, draws, in_processes
 from deboom.choices import FolderKind
 from samples.later_mistakes import LATER
-from samples.mistakes import LAST_TUNING, MISTAKES, alarms, outcomes
+from samples.mistakes import LAST_TUNING, alarms, outcomes
 
 FIRST = LAST_TUNING + 101
 SEEDS = range(FIRST, FIRST + draws(2))
@@ -25,20 +25,14 @@ RIGHT = {
     FolderKind.compressor: (20, "body, rubber and calibration drawn"),
     FolderKind.component: (20, "source, bodies and calibration drawn"),
 }
-LISTS = {
-    "": [each for each in MISTAKES if each not in LATER],
-    "later ": list(LATER),
-}
 
 
 def claims() -> list[Claim]:
     """Build all mistakes on two seeds, and the folders without."""
     rows = []
-    for which in LISTS:
-        built = [
-            each for seed in in_processes(_built, SEEDS, [which] * len(SEEDS)) for each in seed
-        ]
-        visible = [named for seen, named in built if seen]
+    built = [each for seed in in_processes(_built, SEEDS) for each in seed]
+    for which, later in (("", False), ("later ", True)):
+        visible = [named for is_later, seen, named in built if seen and is_later is later]
         topic = f"{which}mistakes named of {len(visible)} that data can show [%]"
         rows.append(at_least(topic, 85.0, 100.0 * np.mean(visible), 1))
     for kind, (number, drawn) in RIGHT.items():
@@ -48,8 +42,8 @@ def claims() -> list[Claim]:
     return rows
 
 
-def _built(seed: int, which: str) -> list[tuple[bool, bool]]:
-    return [(each.mistake.visible, each.named) for each in outcomes(seed, LISTS[which])]
+def _built(seed: int) -> list[tuple[bool, bool, bool]]:
+    return [(each.mistake in LATER, each.mistake.visible, each.named) for each in outcomes(seed)]
 
 
 def _alarmed(kind: FolderKind, seed: int) -> bool:

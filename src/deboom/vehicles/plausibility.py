@@ -360,43 +360,61 @@ def of_moving_body(mounts: Sequence[Mount], load_cases: Sequence[LoadCase]) -> s
     alike = all(np.array_equal(case.force.frequency, lines) for case in cases)
     if len(cases) < FEWEST_RUNS or not alike or len(cases) * lines.size < FEWEST_PER_RUNS:
         return ""
-    torque = np.concatenate(
-        [np.zeros(lines.size) if c.engine_torque is None else c.wheel_torque for c in cases]
-    )
-    shaped: dict[str, str] = {}
-    judged = 0
-    for mount in mounts:
-        for piece in range(len(mount.pieces)):
-            channels = [mount.channels(axis)[piece] for axis in AXES]
-            names = [name for name in channels if name in cases[0].force.channels]
-            moved = np.vstack([case.displacement.select(names).values for case in cases])
-            pushed = np.vstack([case.force.select(names).values for case in cases])
-            size = np.linalg.norm(moved, axis=0)
-            for name, s, f in zip(names, moved.T, pushed.T, strict=True):
-                if np.linalg.norm(s) < LEAST_SHARE * size.max() or not np.all(np.abs(f) > 0.0):
-                    continue
-                judged += 1
-                state = np.stack([torque, np.tile(lines, len(cases)), np.log(np.abs(s) + 1e-12)])
-                rest = _not_smooth(s / np.abs(f), f / np.abs(f), state)
-                rest = (rest * np.abs(f) / f).reshape(len(cases), -1)
-                energy = float(np.mean(np.abs(rest) ** 2))
-                common = float(np.mean(np.abs(rest.mean(axis=0)) ** 2))
-                if energy > ROUGH_STIFFNESS**2 and common > COMMON * energy:
-                    shaped[name] = mount.name
-    if len(set(shaped.values())) < 2 or 2 * len(shaped) <= judged:
+    moving = [
+        (mount.name, name)
+        for mount in mounts
+        for piece in range(len(mount.pieces))
+        for name in _moving(cases, [mount.channels(axis)[piece] for axis in AXES])
+    ]
+    shaped = [(mount, name) for mount, name in moving if _shaped_alike(cases, name)]
+    if len({mount for mount, _ in shaped}) < 2 or 2 * len(shaped) <= len(moving):
         return ""
     return (
-        f"{len(shaped)} of {judged} directions of the mounts ({', '.join(shaped)}) change over "
-        f"frequency alike in all {len(cases)} runs, as no rubber does and a body with its modes: "
-        "are these absolute displacements of the powertrain? State those relative to the body"
+        f"{len(shaped)} of {len(moving)} directions of the mounts "
+        f"({', '.join(name for _, name in shaped)}) change over frequency alike in all "
+        f"{len(cases)} runs, as no rubber does and a body with its modes: are these absolute "
+        "displacements of the powertrain? State those relative to the body"
     )
+
+
+def _moving(cases: Sequence[LoadCase], channels: Sequence[str]) -> list[str]:
+    """Name the directions of a mount that move enough to be judged, and have a force."""
+    size = {
+        name: float(np.linalg.norm([case.displacement.select([name]).values for case in cases]))
+        for name in channels
+        if name in cases[0].force.channels
+        and all(np.all(case.force.select([name]).values != 0.0) for case in cases)
+    }
+    return [name for name in size if size[name] >= LEAST_SHARE * max(size.values())]
+
+
+def _shaped_alike(cases: Sequence[LoadCase], name: str) -> bool:
+    """Whether a stiffness that is smooth over its state leaves the same of a force in all runs."""
+    displacement, force = (
+        np.concatenate([getattr(case, what).select([name]).values[:, 0] for case in cases])
+        for what in ("displacement", "force")
+    )
+    torque = [
+        case.wheel_torque if case.engine_torque is not None else np.zeros(case.force.frequency.size)
+        for case in cases
+    ]
+    frequency = [case.force.frequency for case in cases]
+    amplitude = np.log(np.maximum(np.abs(displacement), np.finfo(float).tiny))
+    state = np.stack([np.concatenate(torque), np.concatenate(frequency), amplitude])
+    size = np.abs(force)
+    rest = _not_smooth(displacement / size, force / size, state) * size / force
+    of_runs = rest.reshape(len(cases), -1)
+    energy = float(np.mean(np.abs(of_runs) ** 2))
+    common = float(np.mean(np.abs(of_runs.mean(axis=0)) ** 2))
+    return energy > ROUGH_STIFFNESS**2 and common > COMMON * energy
 
 
 def _not_smooth(displacement: ComplexArray, force: ComplexArray, state: RealArray) -> ComplexArray:
     """Return what a complex stiffness that is smooth over a state (3, n) leaves of a force (n,)."""
     low, high = state.min(axis=1, keepdims=True), state.max(axis=1, keepdims=True)
-    scaled = (2.0 * state - low - high) / np.where(high > low, high - low, 1.0)
-    columns = legvander3d(*scaled, deg=STIFFNESS_DEGREES) * displacement[:, np.newaxis]
+    x, y, z = (2.0 * state - low - high) / np.where(high > low, high - low, 1.0)
+    smooth = np.asarray(legvander3d(x, y, z, STIFFNESS_DEGREES), dtype=float)
+    columns = smooth * displacement[:, np.newaxis]
     fit = np.linalg.lstsq(columns, force, rcond=None)[0]
     return np.asarray(force - columns @ fit)
 

@@ -250,9 +250,10 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         yield "not identified", words
     for finding in platform.findings:
         yield finding.word, finding.sentence
+    crossed = _alarms(cross_stiffness_of_runs(platform.mounts, platform.load_cases))
     # motion of the body looks like cross stiffness
-    if not of_moving_body(platform.mounts, platform.load_cases):
-        for sentence in _alarms(cross_stiffness_of_runs(platform.mounts, platform.load_cases)):
+    if crossed and not of_moving_body(platform.mounts, platform.load_cases):
+        for sentence in crossed:
             yield "ALARM", sentence
     for group in groups:
         names = [entry.name for entry in platform.fleet.vehicles if entry.group == group]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 LONGEST_LINE = 1000
@@ -42,6 +43,24 @@ class DataWarning(UserWarning):
 
     The message is a sentence that names the file and the item. The command line prints it alone.
     """
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What is wrong in data or likely to be, with the item and the remedy.
+
+    - `certain`: nothing right looks like it, and studies refuse it.
+    - `alarm`: if it is so, it denies what follows from the data; else it is worth a look.
+    """
+
+    sentence: str
+    certain: bool = False
+    alarm: bool = False
+
+    @property
+    def word(self) -> str:
+        """The word before the sentence."""
+        return "ALARM" if self.alarm else "WARNING"
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""Sixty-odd further mistakes in folders of campaigns, platforms, compressors and components.
+"""Further mistakes in folders of campaigns, platforms, compressors and components.
 
 ``PYTHONPATH=tests python -m samples.later_mistakes --seeds 101`` judges them as those of
 `samples.mistakes`. They were written down before any check was made for them.
@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -16,12 +17,18 @@ import numpy as np
 import openpyxl
 import pandas as pd
 
+from deboom.bench.campaign import CampaignPlan
+from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.families import KINDS, draw_family
+from deboom.bench.fleet import receptance
 from deboom.choices import FolderKind
 from deboom.files.uff import UffFunction, read_uff
 from samples.mistakes import (
     CARRIERS,
     CASES,
     MISTAKES,
+    RUNS_ON_BENCH,
+    SHORT_RUN,
     VEHICLES,
     Change,
     functions,
@@ -848,6 +855,79 @@ def _(folder, draw):
 @on_component("a remark above the keys", harmless=True)
 def _(folder, draw):
     return add_remark(folder, "component.toml")
+
+
+# ---- of later rounds, so that the draws above stay
+
+
+def _over_time(folder: Path, change: Change) -> Sequence[str]:
+    """Add a run that was recorded over time, changed."""
+    source = folder.with_name("over_time")
+    plan = CampaignPlan(("M1",), RUNS_ON_BENCH[1:2], 1, time_run=SHORT_RUN)
+    seed = re.search(
+        r'^name = "virtual_bench_(\d+)"$', (folder / "campaign.toml").read_text(), re.M
+    )
+    write_campaign(source, int(seed[1]), plan)
+    shutil.copytree(source / "time", folder / "time")
+    section = (source / "campaign.toml").read_text().partition("[[time_runs]]")
+    with (folder / "campaign.toml").open("a") as file:
+        file.write("".join(section[1:]))
+    shutil.rmtree(source)
+    functions(folder / "time/g5_wot220_time.uff", change)
+    return ("g5_wot220_time",)
+
+
+@on_campaign("a run over time that falls, stated as rising")
+def _(folder, draw):
+    run = _over_time(folder, lambda f: f)
+    return _run_entry(folder, run[0], "rising", lambda _: "false")
+
+
+@on_campaign("pulses per revolution of a run over time doubled")
+def _(folder, draw):
+    run = _over_time(folder, lambda f: f)
+    return _run_entry(folder, run[0], "pulses_per_revolution", lambda n: str(2 * int(n)))
+
+
+@on_campaign("torque of a run over time in lbf ft labelled N m")
+def _(folder, draw):
+    return _over_time(folder, in_lbf_ft)
+
+
+@on_campaign("one accelerometer channel of a run over time reversed")
+def _(folder, draw):
+    node, axis = int(draw.integers(1, 7)), pick(draw, "xz")
+    return (*_over_time(folder, at([node], times(-1.0), axis)), f"A{node}")
+
+
+@on_platform("absolute displacements, of a powertrain on a body that moves")
+def _(folder, draw):
+    kind, seed = pick(draw, tuple(KINDS)), int(draw.integers(2, 1000))
+    fleet = draw_family(kind, seed, seed).fleet()
+    body = fleet.bodies[pick(draw, VEHICLES)]
+    at_body = {path: n for n, path in enumerate(fleet.paths)}
+
+    def channel(f):
+        return f"{CARRIERS[f.response_node - 101]} {f.response_direction[-1]}"
+
+    for case in CASES:
+        path = folder / f"operating/{case}.uff"
+        force = {
+            channel(f): f.values
+            for f in read_uff(path)
+            if f.ordinate == "force" and f.response_node <= 103
+        }
+
+        def moved(f, force=force):
+            rows = receptance(body, f.abscissa)[:, at_body[channel(f)]]
+            return replace(
+                f,
+                values=f.values
+                + sum(rows[:, at_body[name]] * push for name, push in force.items()),
+            )
+
+        functions(path, only("displacement", moved, (101, 102, 103)))
+    return ("absolute", "relative")
 
 
 LATER = tuple(MISTAKES[FIRST:])

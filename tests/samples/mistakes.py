@@ -26,14 +26,17 @@ import openpyxl
 import pandas as pd
 from numpy.random import Generator
 
-from deboom.bench.campaign import CampaignPlan
+from deboom.bench.campaign import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.component_writer import write_component_test
+from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
+from deboom.bench.families import BRACKETS, FACTORS, KINDS, draw_family
 from deboom.bench.operating_run import PlannedRun
 from deboom.bench.platform_writer import write_platform
+from deboom.bench.powertrain import load_bench
 from deboom.bench.vehicle_writer import write_vehicle
-from deboom.choices import FolderKind
+from deboom.choices import CalibrationLevel, FolderKind
 from deboom.errors import DataWarning
 from deboom.files.check import check_folder
 from deboom.files.uff import AxisDriftWarning, UffFunction, read_uff, write_uff
@@ -1145,7 +1148,44 @@ def _(folder, draw):
 
 # ---- building and judging
 
-_RUNS = tuple(PlannedRun(*run, full_load=True) for run in ((5, 120.0), (5, 220.0), (6, 220.0)))
+RUNS_ON_BENCH = tuple(
+    PlannedRun(*run, full_load=True) for run in ((5, 120.0), (5, 220.0), (6, 220.0))
+)
+
+
+SHORT_RUN = TimeRunPlan(last_speed=1800.0, duration=3.0)
+"""A run over time that is soon tracked."""
+
+
+def drawn_family(kind: FolderKind, seed: int) -> str:
+    """Return the family of a right folder: bodies by turns, rubber and laboratory drawn."""
+    if kind is FolderKind.campaign:  # no body, and rubber as tested
+        return "payne,noise"
+    bodies = (BRACKETS, *KINDS)
+    return f"{bodies[seed % len(bodies)]},{','.join(FACTORS)}"
+
+
+def _write_right(kind: FolderKind, folder: Path, seed: int) -> None:
+    """Write a folder without a mistake, of a family that is drawn.
+
+    The bench has no families of compressors and components: their bodies are drawn, rubber may
+    soften with its amplitude, and laboratories calibrate by turns well and badly.
+    """
+    level = list(CalibrationLevel)[seed % len(CalibrationLevel)]
+    if kind is FolderKind.platform:
+        write_platform(folder, seed, truth_seed=seed, family=drawn_family(kind, seed))
+    elif kind is FolderKind.campaign:
+        over_time = None if seed % 4 else SHORT_RUN
+        plan = CampaignPlan(("M1",), RUNS_ON_BENCH, 1, over_time)
+        family = draw_family(drawn_family(kind, seed), seed, seed)
+        write_campaign(folder, seed, plan, bench=load_bench(seed), family=family)
+    elif kind is FolderKind.compressor:
+        plan = CompressorPlan(identical_mounts=seed % 3 == 0, softening=seed % 2 == 0)
+        write_compressor_test(folder, seed, level, plan)
+    elif kind is FolderKind.component:
+        write_component_test(folder, seed, level, truth_seed=seed)
+    else:
+        _write(kind, folder, seed)
 
 
 def _write(kind: FolderKind, folder: Path, seed: int) -> None:
@@ -1156,7 +1196,7 @@ def _write(kind: FolderKind, folder: Path, seed: int) -> None:
     elif kind is FolderKind.vehicle:
         write_vehicle(folder, seed, truth_seed=seed)
     elif kind is FolderKind.campaign:
-        write_campaign(folder, seed, CampaignPlan(("M1",), _RUNS, 1))
+        write_campaign(folder, seed, CampaignPlan(("M1",), RUNS_ON_BENCH, 1))
     elif kind is FolderKind.operation:
         write_operating_test(folder, seed)
     elif kind is FolderKind.component:
@@ -1220,7 +1260,7 @@ def alarms(kind: FolderKind, seed: int) -> tuple[str, ...]:
     """Return what ``deboom check`` says against a folder without a mistake."""
     with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
         folder = Path(temporary) / kind.value
-        _write(kind, folder, seed)
+        _write_right(kind, folder, seed)
         return findings(folder)
 
 

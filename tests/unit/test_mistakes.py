@@ -1,17 +1,25 @@
 """What people do wrong in folders is named; tests/samples/mistakes.py builds many more."""
 
+import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from deboom.arrays import ComplexArray
+from deboom.bench.campaign import CampaignPlan
+from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.families import draw_family
+from deboom.bench.fleet import receptance
 from deboom.errors import DataWarning, InputError
+from deboom.files.check import check_folder
 from deboom.files.platform import read_platform
+from deboom.physics.rigid_body import box_density
 from deboom.vehicles.platform import MountSource
 from deboom.vehicles.plausibility import platform_findings
-from samples.later_mistakes import LATER
-from samples.mistakes import MISTAKES, outcomes
+from samples.later_mistakes import LATER, LB
+from samples.mistakes import MISTAKES, RUNS_ON_BENCH, SHORT_RUN, outcomes
 
 
 @pytest.fixture(scope="module")
@@ -106,6 +114,29 @@ def one_path(values, _):
     return values
 
 
+def ringing(values, frequency):
+    """Add a mode whose damping is so low that one line stands out."""
+    mode = 25.5
+    damped = mode**2 - frequency**2 + 2j * 0.001 * mode * frequency
+    return values + 8.0 * np.outer(mode**2 * 0.002 / damped, np.abs(values).mean(axis=0))
+
+
+def on_moving_body(platform):
+    """Add the motion of a body to the displacements of its powertrain."""
+    fleet = draw_family("attachments", 7, 7).fleet()
+    names = [name for name in fleet.paths if name in platform.load_cases[0].force.channels]
+    of_names = [fleet.paths.index(name) for name in names]
+    cases = []
+    for case in platform.load_cases:
+        compliance = receptance(fleet.bodies["U06-1"], case.force.frequency)
+        compliance = compliance[:, of_names][:, :, of_names]
+        moved = case.displacement.values.copy()
+        columns = [case.displacement.channels.index(name) for name in names]
+        moved[:, columns] += np.einsum("fab,fb->fa", compliance, case.force.select(names).values)
+        cases.append(replace(case, displacement=replace(case.displacement, values=moved)))
+    return replace(platform, load_cases=tuple(cases))
+
+
 def reversed_of(platform, channel):
     def turned(values, channels):
         values[:, channels.index(channel)] *= -1
@@ -164,6 +195,13 @@ def test_the_shipped_platform_is_plausible(platform):
             False,
             "is mass_kg that of the whole powertrain",
         ),
+        (
+            lambda p: replace(p, powertrain=replace(p.powertrain, mass=p.powertrain.mass / LB)),
+            False,
+            "is the mass in kg and not in lb",
+        ),
+        (lambda p: moved(p, lambda x: x[:, [1, 1, 2]]), False, "was one pasted over the other"),
+        (on_moving_body, False, "are these absolute displacements of the powertrain"),
         (lambda p: heard(p, 2, lambda h, _: h.conj()), False, "transfer functions answer"),
         (lambda p: heard(p, 2, lambda h, _: 0.1 * h), False, "U06-3: its noise transfer func"),
         (lambda p: heard(p, 2, lambda h, _: np.abs(h)), True, "functions have no imaginary part"),
@@ -226,6 +264,56 @@ def test_a_mistake_is_named(platform, fault, certain, sentence):
     assert [finding.certain for finding in named if sentence in finding.sentence] == [certain], (
         named
     )
+
+
+def test_what_leaves_less_than_90_percent_rigid_is_an_alarm(platform):
+    few = findings(late(platform, "displacement", ("GeM x",), 0.6e-3))
+    many = findings(late(platform, "displacement", ("GeM x",), 6e-3))
+    assert [finding.word for finding in few] == ["WARNING"]
+    (rigid,) = [finding for finding in many if "of a rigid body" in finding.sentence]
+    assert rigid.word == "ALARM"
+    assert "'GeM x' taken for late by 6.0 ms" in rigid.sentence
+
+
+def test_a_sharp_mode_is_no_hum(platform):
+    assert findings(heard(platform, 2, ringing)) == ()
+
+
+def test_the_density_of_a_box_of_steel():
+    mass, sides = 7850.0 * 0.4 * 0.3 * 0.5, np.array([0.4, 0.3, 0.5])
+    inertia = np.diag(mass / 12.0 * (np.sum(sides**2) - sides**2))
+    assert box_density(mass, inertia) == pytest.approx(7850.0)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """Write a campaign whose second run was recorded over time."""
+    plan = CampaignPlan(("M1",), RUNS_ON_BENCH[:1], 1, time_run=SHORT_RUN)
+    return write_campaign(tmp_path_factory.mktemp("recorded") / "campaign", 7, plan)
+
+
+def test_runs_over_time_are_checked_with_the_others(recorded):
+    faults, _, summary = check_folder(recorded)
+    assert faults == ()
+    assert "g5_wot220_time: 23 lines of order 1.5" in summary
+    assert "losses    M1, 2 runs: loss factors" in summary
+    assert "WARNING" not in summary
+    assert "ALARM" not in summary
+
+
+@pytest.mark.parametrize(
+    ("stated", "wrong", "sentence"),
+    [
+        ("rising = true", "rising = false", "g5_wot220_time: the speed rises"),
+        ("gear = 5", "gear = 6", "run g5_wot220_time of M1: its static forces have"),
+    ],
+)
+def test_a_mistake_in_a_run_over_time_is_named(recorded, tmp_path, stated, wrong, sentence):
+    folder = Path(shutil.copytree(recorded, tmp_path / "wrong"))
+    head, section, entry = (folder / "campaign.toml").read_text().partition("[[time_runs]]")
+    (folder / "campaign.toml").write_text(head + section + entry.replace(stated, wrong))
+    faults, _, summary = check_folder(folder)
+    assert sentence in "\n".join((*faults, summary))
 
 
 def test_a_study_refuses_what_is_certain_and_warns_of_the_rest(platform):

@@ -216,6 +216,12 @@ class CampaignFile(StrictModel):
     time_runs: Several[TimeRunEntry] = ()
 
     @property
+    def untracked_runs(self) -> tuple[TimeRunEntry, ...]:
+        """Runs over time of which there is no operating run of the same name and mount set."""
+        tracked = [(run.mount_set, run.name) for run in self.runs]
+        return tuple(run for run in self.time_runs if (run.mount_set, run.name) not in tracked)
+
+    @property
     def pieces(self) -> tuple[tuple[str, str], ...]:
         """Mount and piece of every virtual point."""
         return tuple((mount.name, piece) for mount in self.mounts for piece in mount.piece_names)

@@ -14,22 +14,26 @@ import numpy as np
 from deboom.arrays import RealArray
 from deboom.choices import FolderKind
 from deboom.errors import DataWarning, InputError
-from deboom.files.campaign import read_campaign
+from deboom.files.campaign import CampaignFile, read_campaign, read_time_run
 from deboom.files.folders import FILES, kind_of_folder, summary_of
 from deboom.files.platform import PlatformFile, assembled, read_functions, read_tables
 from deboom.files.schema import load_toml, noting, telling
 from deboom.files.units import RANGES
+from deboom.measurement.campaign import OperatingRun
 from deboom.measurement.channels import LoadCase
-from deboom.mounts.campaign_findings import campaign_findings
+from deboom.measurement.order_tracking import tracked_run
+from deboom.mounts.campaign_findings import at_mounts, campaign_findings
 from deboom.mounts.characterise import cross_stiffness_of_campaign
 from deboom.mounts.cross_stiffness import CrossStiffness, cross_stiffness_of_runs
-from deboom.mounts.losses import loss_faults, losses
+from deboom.mounts.losses import Loss, loss_faults, losses
+from deboom.mounts.measuring_chain import InstrumentedBody, instrumented_bodies
 from deboom.mounts.mount import in_mount_axes, not_identified, refuse_active_mounts
 from deboom.physics.order_tracking import rpm_of_frequency
+from deboom.physics.rigid_body import not_rigid
 from deboom.physics.sound_level import spl
 from deboom.vehicles.fleet import Band, path_contributions
 from deboom.vehicles.platform import BAND, LIBRARY_FILE, PLATFORM_FILE, MountSource, Platform
-from deboom.vehicles.plausibility import rigid_share
+from deboom.vehicles.plausibility import of_moving_body, rigid_share
 
 
 class Stage(Enum):
@@ -86,21 +90,60 @@ def check_folder(folder: Path) -> tuple[tuple[str, ...], tuple[str, ...], str]:
             check = check_platform(folder)
             return check.faults, check.waiting, check.summary
         waiting = ("the files that it names",)
-        load_toml(folder / FILES[kind][0], FILES[kind][1])
+        file = load_toml(folder / FILES[kind][0], FILES[kind][1])
         waiting = ()
         lines = list(summary_of(folder, kind))
-        if kind is FolderKind.campaign:
-            # sensors that do not allow a judgement are refused where mounts are characterised
-            with suppress(InputError):
-                campaign = read_campaign(folder)
-                doubts = campaign_findings(campaign)
-                lines += [("WARNING", sentence) for sentence in doubts]
-                # cross stiffness of channels that contradict each other says nothing
-                judged = () if doubts else cross_stiffness_of_campaign(campaign)
-                lines += [("ALARM", sentence) for sentence in _alarms(judged)]
+        if isinstance(file, CampaignFile):
+            lines += _campaign(folder, file)
         return (), (), _aligned(lines)
     except InputError as error:
         return error.sentences, waiting, ""
+
+
+def _campaign(folder: Path, file: CampaignFile) -> Iterator[tuple[str, str]]:
+    """Track the runs over time of a campaign, and judge them with its other runs.
+
+    - raises InputError: a run over time that cannot be read or tracked.
+    """
+    campaign = read_campaign(folder)
+    over_time = []
+    with telling() as tell:
+        for entry in file.untracked_runs:
+            with noting(tell):
+                tracked = tracked_run(read_time_run(folder, entry.name))
+                over_time.append(tracked.run)
+                for line in tracked.report():
+                    word, warns, text = line.rpartition("WARNING: ")
+                    yield ("WARNING" if warns else "time run"), f"{entry.name}: {word}{text}"
+    # sensors that do not allow a judgement are refused where mounts are characterised
+    with suppress(InputError):
+        doubts = campaign_findings(campaign, over_time)
+        for finding in doubts:
+            yield finding.word, finding.sentence
+        # cross stiffness of channels that contradict each other says nothing
+        if not doubts:
+            for sentence in _alarms(cross_stiffness_of_campaign(campaign)):
+                yield "ALARM", sentence
+        runs = (*campaign.runs, *over_time)
+        for body in instrumented_bodies(campaign):
+            if body.is_rigid_body:
+                yield from _losses_of_campaign(body, runs)
+
+
+def _losses_of_campaign(
+    body: InstrumentedBody, runs: Sequence[OperatingRun]
+) -> Iterator[tuple[str, str]]:
+    """Say how the mounts of each set lose energy, and how much of their motion is rigid."""
+    for mount_set in dict.fromkeys(run.mount_set for run in runs):
+        of_set = [run for run in runs if run.mount_set == mount_set]
+        rows = [row for run in of_set for row in losses(at_mounts(body, run))]
+        share = 1.0 - max(
+            not_rigid(body.forward, run.acceleration.select(body.channels).values) for run in of_set
+        )
+        yield (
+            "losses",
+            f"{mount_set}, {len(of_set)} runs: {losses_in_words(rows, share)} in the worst",
+        )
 
 
 def check_platform(folder: Path) -> PlatformCheck:
@@ -206,9 +249,12 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
     if words := unidentified_in_words(platform, platform.load_cases):
         yield "not identified", words
     for finding in platform.findings:
-        yield "WARNING", finding.sentence
-    for sentence in _alarms(cross_stiffness_of_runs(platform.mounts, platform.load_cases)):
-        yield "ALARM", sentence
+        yield finding.word, finding.sentence
+    crossed = _alarms(cross_stiffness_of_runs(platform.mounts, platform.load_cases))
+    # motion of the body looks like cross stiffness
+    if crossed and not of_moving_body(platform.mounts, platform.load_cases):
+        for sentence in crossed:
+            yield "ALARM", sentence
     for group in groups:
         names = [entry.name for entry in platform.fleet.vehicles if entry.group == group]
         yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"
@@ -222,7 +268,9 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         torque = "with engine torque" if entry.engine_torque is not None else "no engine torque"
         yield "load case", f"{entry.name}{default}: {entry.title}; gear {entry.gear}, {torque}"
     for entry in platform.load_cases:
-        yield "losses", f"{entry.name}: {losses_in_words(platform, entry)}"
+        rows = losses(in_mount_axes(platform.mounts, entry))
+        words = losses_in_words(rows, rigid_share(platform.mounts, entry))
+        yield "losses", f"{entry.name}: {words}"
     yield (
         "band",
         f"{inside.size} lines in {band[0]:g} to {band[1]:g} Hz: {rpm[0]:.0f} to {rpm[1]:.0f} rpm "
@@ -239,9 +287,12 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         yield "library", f"no {LIBRARY_FILE}: studies need --mounts spectra"
 
 
-def losses_in_words(platform: Platform, load_case: LoadCase) -> str:
-    """Say how the mounts lose energy in a run, and how much of it is a rigid motion."""
-    judged = [row for row in losses(in_mount_axes(platform.mounts, load_case)) if row.judged]
+def losses_in_words(rows: Sequence[Loss], share: float | None) -> str:
+    """Say how mounts lose energy in runs, and how much of it is a rigid motion.
+
+    - `share`: `deboom.vehicles.plausibility.rigid_share`.
+    """
+    judged = [row for row in rows if row.judged]
     words = "no direction moves enough to tell a loss factor"
     if judged:
         factors, phases = [row.factor for row in judged], [row.phase for row in judged]
@@ -249,7 +300,6 @@ def losses_in_words(platform: Platform, load_case: LoadCase) -> str:
             f"loss factors {min(factors):.2g} to {max(factors):.2g}, phases {min(phases):+.0f} to "
             f"{max(phases):+.0f} degrees"
         )
-    share = rigid_share(platform.mounts, load_case)
     return words if share is None else f"{words}; {100 * share:.1f} % of the motion is rigid"
 
 
@@ -272,7 +322,7 @@ def _peak_in_words(platform: Platform, name: str) -> str:
 
 def _alarms(judged: Sequence[CrossStiffness]) -> list[str]:
     """Return a sentence for each mount that seems to stand at an angle that is not stated."""
-    return [mount.sentence for mount in judged if mount.clear]
+    return [mount.sentence for mount in judged if mount.evident]
 
 
 def pieces_in_words(platform: Platform) -> str:

@@ -14,9 +14,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from deboom.arrays import RealArray, RealOrComplexArray, checked
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray, checked
 from deboom.errors import InputError
 
+LARGEST_RESIDUAL = 0.1
+"""Largest part of a body's motion that no rigid motion explains; beyond it, positions or channels
+are wrong rather than noisy [1]."""
 TOLERATED = 4.0
 """Standard deviations that an entry of a measured mass matrix may be off a rigid body [1]."""
 
@@ -292,6 +295,29 @@ def mass_properties(
 def characteristic_length(mass: float, inertia: npt.ArrayLike) -> float:
     """Return the radius of gyration ``√(tr J / 3 m)`` [m], which makes rotations comparable."""
     return float(np.sqrt(np.trace(np.asarray(inertia, dtype=float)) / (3 * mass)))
+
+
+def not_rigid(forward: RealArray, motion: ComplexArray) -> float:
+    """Return the part of a body's measured motion (f, s) that no rigid motion explains [1].
+
+    - `forward` (s, q): motion of the body → channels.
+    """
+    fit = np.linalg.lstsq(forward, motion.T, rcond=None)[0].T
+    left = np.linalg.norm(motion - fit @ forward.T)
+    return float(left / max(np.linalg.norm(motion), np.finfo(float).tiny))
+
+
+def box_density(mass: float, inertia: npt.ArrayLike) -> float:
+    """Return the density [kg/m³] of the box that has this mass and these principal moments.
+
+    A side a of a box with principal moments J has ``a² = 6 (J_b + J_c − J_a) / m``. Infinite where
+    no box has them.
+    """
+    moments = np.linalg.eigvalsh(np.asarray(inertia, dtype=float))
+    squares = 6.0 * (moments.sum() - 2.0 * moments) / mass
+    if np.any(squares <= 0.0):
+        return float("inf")
+    return float(mass / np.sqrt(np.prod(squares)))
 
 
 def rigid_body_modes(

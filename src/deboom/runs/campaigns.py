@@ -195,12 +195,10 @@ def track_untracked(folder: Path, say: Callable[[str], None]) -> None:
     - raises InputError: as `orders_into_campaign`; runs that were tracked before stay.
     """
     file = load_toml(Path(folder) / CAMPAIGN_FILE, CampaignFile)
-    listed = [(run.mount_set, run.name) for run in file.runs]
-    for entry in file.time_runs:
-        if (entry.mount_set, entry.name) not in listed:
-            tracked, path = orders_into_campaign(folder, entry.name)
-            for line in described_orders(entry.name, tracked, path):
-                say(line)
+    for entry in file.untracked_runs:
+        tracked, path = orders_into_campaign(folder, entry.name)
+        for line in described_orders(entry.name, tracked, path):
+            say(line)
 
 
 def described_orders(time_run: str, tracked: TrackedRun, path: Path) -> list[str]:

@@ -16,7 +16,7 @@ from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, refuse_doubled
 from deboom.mounts.mount import Mount, in_mount_axes
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
-from deboom.physics.rigid_body import forward_matrices
+from deboom.physics.rigid_body import LARGEST_RESIDUAL, forward_matrices, not_rigid
 from deboom.vehicles.fleet import (
     Band,
     Fleet,
@@ -30,10 +30,6 @@ from deboom.vehicles.powertrain import Powertrain, mount_forward
 
 BLOCK = 16
 """Designs solved at once; bounds the memory."""
-
-LARGEST_RESIDUAL = 0.1
-"""Largest part of the mounts' motion that no rigid motion explains; beyond it, positions or
-channels are wrong rather than noisy [1]."""
 
 CLEARLY_LESS = 3.0
 """How many times less of the motion a reversed channel's right sign leaves over [1]."""
@@ -562,13 +558,6 @@ def refuse_reversed_channel(mounts: Sequence[Mount], load_case: LoadCase) -> Non
         words = reversed_channel(forward, displacement, channels, residual)
         if words:
             raise InputError(f"load case {load_case.name}: {_in_words(residual)}: {words}")
-
-
-def not_rigid(forward: RealArray, displacement: ComplexArray) -> float:
-    """Part of displacements (f, s) that no rigid motion explains [1]."""
-    fit = np.linalg.lstsq(forward, displacement.T, rcond=None)[0].T
-    left = np.linalg.norm(displacement - fit @ forward.T)
-    return float(left / max(np.linalg.norm(displacement), np.finfo(float).tiny))
 
 
 def _in_words(residual: float) -> str:

@@ -12,8 +12,8 @@ sigma by 15 %, with 1.2 times the travel, but raises the peak at 24 Hz by 3 to 5
 Softer mounts mostly isolate better, so limit and bounds decide.
 
 Keys of summary.json, best-mean against today, over scatter: level_change_db_<car>, mean_change_db
-(of cars), of all lines; heard_change_db_<car>, mean_heard_change_db, of what is heard, as the
-first table has it; largest_rise_db (of a peak, without scatter),
+(of cars, of all lines); heard_change_db_<car>, mean_heard_change_db (of what is heard, as the first
+table has it); largest_rise_db (of a peak, without scatter),
 sigma_change_percent_best_mean|best_sigma; leading_stiffness (largest mean Sobol index,
 leading_total_index); travel_ratio, travel_limit_reached, at_bound (variables there);
 exact_mean_change_db (virtual cars only, without scatter); sigma_bias_percent, mean_bias_db (search

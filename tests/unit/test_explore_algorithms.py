@@ -185,7 +185,7 @@ def test_what_is_not_finite_is_named():
         lambda x: np.full(len(x), np.nan), MODEL.variable_names, ("price",), "1"
     )
     limited = Robust(MODEL, SPACE, SAMPLE, limits=[Objective("mean", response=price).at_most(5.0)])
-    with pytest.raises(InputError, match="the first one with 'not finite: mean, price'"):
+    with pytest.raises(InputError, match="'mean, price at most 5 1' could not be computed"):
         deboom.search(limited, BUDGET)
 
 

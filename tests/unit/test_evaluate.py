@@ -16,7 +16,6 @@ from command_line import call, refused
 from deboom.cli import app
 from deboom.errors import InputError
 from deboom.explore.front import replicates
-from deboom.explore.robust import DesignLimits, Limit, Limits
 from deboom.files.dakota import read_dakota
 from deboom.runs.evaluate import Node, evaluate_dakota, evaluate_lines, evaluate_table, opened_node
 
@@ -133,11 +132,13 @@ def node():
     space = deboom.DesignSpace(
         ("k x", "c"), ("N/mm", "1"), [250.0, 1.0], [200.0, 0.5], [300.0, 1.5], [0.01, 0.15]
     )
-    most = deboom.Objective("mean", response="van").at_most(25.0)
-    robust = deboom.Robust(model, space, draws=16, limits=[most])
     sag = deboom.ResponseFunction(lambda x: 1e3 / x[:, :1], ("k x", "c"), ("sag",), "mm")
-    limits = DesignLimits(sag, Limits((Limit("sag", "mm", at_most=4.0),)))
-    return Node(robust, limits.around(robust), replicates(robust, 16, seed=1))
+    limits = [
+        deboom.Objective("mean", response="van").at_most(25.0),
+        deboom.Objective("nominal", response=sag, label="sag").at_most(4.0),
+    ]
+    robust = deboom.Robust(model, space, draws=16, limits=limits)
+    return Node(robust, replicates(robust, 16, seed=1))
 
 
 def written(path, *rows, header="design,k x [N/mm],c [1],remark"):
@@ -240,7 +241,7 @@ def test_files_of_dakota(node, tmp_path, form):
     parameters, results = tmp_path / "params.in", tmp_path / "results.out"
     parameters.write_text(form.replace("{k}", "2.200000000000000e+02"))
     assert evaluate_dakota(node, parameters, results) == 0
-    values = node.limited(np.array([[220.0, 1.0]]))
+    values = node.robust(np.array([[220.0, 1.0]]))
     assert results.read_text() == (
         f"{float(values.mean_sum[0])!r} mean_sum_in_search\n"
         f"{float(values.excess[0, 1])!r} beyond_sag_at_most_4_mm\n"

@@ -101,8 +101,8 @@ def _misses_at_nominal(
 def _missed_levels(front: Front) -> RealArray:
     """Return by how much verified designs miss the limit that they miss most, (n,) [dB]."""
     excess = np.where(np.isfinite(front.values.excess), front.values.excess, 0.0)
-    # each limit of a level has one bound
-    n_lines = [limit.n_lines for limit in front.judge.sets[0].limits.limits]
+    limits = front.judge.sets[0].limits
+    n_lines = [limits.limits[row].n_lines for row in limits.rows]
     return np.asarray((excess / n_lines).max(axis=1))
 
 

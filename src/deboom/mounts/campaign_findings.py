@@ -13,7 +13,7 @@ from itertools import combinations
 
 import numpy as np
 
-from deboom.arrays import RealArray
+from deboom.arrays import ComplexArray, RealArray
 from deboom.common import AXES
 from deboom.errors import Finding
 from deboom.measurement.campaign import Campaign, OperatingRun
@@ -261,7 +261,7 @@ def at_mounts(body: InstrumentedBody, run: OperatingRun) -> LoadCase:
     names = tuple(f"{point.name} {axis}" for point in body.points for axis in AXES)
     force = run.cell_force.select(body.cell_channels).values @ body.force_matrix.T
     measured = run.acceleration.select(body.channels).values
-    moved = measured / squared @ np.linalg.pinv(body.forward).T @ body.at_points.T
+    moved: ComplexArray = measured / squared @ np.linalg.pinv(body.forward).T @ body.at_points.T
     return LoadCase(
         name=f"{run.name} of {run.mount_set}",
         title=run.name,

@@ -261,7 +261,8 @@ def at_mounts(body: InstrumentedBody, run: OperatingRun) -> LoadCase:
     names = tuple(f"{point.name} {axis}" for point in body.points for axis in AXES)
     force = run.cell_force.select(body.cell_channels).values @ body.force_matrix.T
     measured = run.acceleration.select(body.channels).values
-    moved: ComplexArray = measured / squared @ np.linalg.pinv(body.forward).T @ body.at_points.T
+    to_points = body.at_points @ np.linalg.pinv(body.forward)
+    moved: ComplexArray = (measured / squared) @ to_points.T
     return LoadCase(
         name=f"{run.name} of {run.mount_set}",
         title=run.name,

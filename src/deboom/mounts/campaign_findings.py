@@ -1,7 +1,8 @@
 """What contradicts in a campaign before anything is characterised.
 
-Statics must balance the wheel torque, Newton's law the moving mass, supplier's curves the measured
-stiffness, and accelerometers each other. Each sentence names the run, mount, sensor or curve.
+Statics must balance the wheel torque, mass and inertia must be those of one body, and suppliers'
+curves must fit the measured stiffness, as accelerometers must fit each other. Each sentence names
+the run, mount, sensor or curve.
 """
 
 from __future__ import annotations
@@ -32,10 +33,6 @@ TORQUE_GAP = 0.15
 """Difference of moment and wheel torque, or of torque and its limit, that is named [1]."""
 STATIC_REST = 0.2
 """Sum of the static forces over their size that the wheel torque leaves [1]."""
-MASS_RATIO = (0.5, 1.9)
-"""Force of the mounts over inertia force in directions that nothing else excites [1]."""
-BALANCED = 0.97
-"""Coherence from which on forces and inertia are compared [1]."""
 STIFFNESS_RATIO = (0.3, 15.0)
 """Dynamic stiffness in a run over the slope of the static curve [1]: rubber has 1.2 to 3, and
 preload and play add."""
@@ -263,7 +260,9 @@ def at_mounts(body: InstrumentedBody, run: OperatingRun) -> LoadCase:
     squared = -((2.0 * np.pi * run.frequency[:, np.newaxis]) ** 2)
     names = tuple(f"{point.name} {axis}" for point in body.points for axis in AXES)
     force = run.cell_force.select(body.cell_channels).values @ body.force_matrix.T
-    moved = _accelerations(body, run) / squared @ body.at_points.T
+    measured = run.acceleration.select(body.channels).values
+    to_points = body.at_points @ np.linalg.pinv(body.forward)
+    moved: ComplexArray = (measured / squared) @ to_points.T
     return LoadCase(
         name=f"{run.name} of {run.mount_set}",
         title=run.name,
@@ -276,27 +275,11 @@ def at_mounts(body: InstrumentedBody, run: OperatingRun) -> LoadCase:
     )
 
 
-def _accelerations(body: InstrumentedBody, run: OperatingRun) -> ComplexArray:
-    """Accelerations of a rigid body, (f, 6) [m/s², rad/s²]."""
-    measured = run.acceleration.select(body.channels).values
-    return np.asarray(measured @ np.linalg.pinv(body.forward).T)
-
-
 def _forces(campaign: Campaign, body: InstrumentedBody) -> Iterator[str]:
     cases = [at_mounts(body, run) for run in campaign.runs]
-    balance = []
-    if campaign.mass_matrix is not None:
-        balance = [
-            (_accelerations(body, run) @ campaign.mass_matrix, case.force.values @ body.at_points)
-            for run, case in zip(campaign.runs, cases, strict=True)
-        ]
-    odd_curves = list(_stiffness(campaign, cases))
-    yield from odd_curves
+    yield from _stiffness(campaign, cases)
     late, unusual = loss_faults(cases, "run")
-    out_of_time = late or unusual
-    yield from out_of_time
-    if balance and not odd_curves and not out_of_time:
-        yield from _mass(campaign.excited, balance)
+    yield from late or unusual
 
 
 def _stiffness(campaign: Campaign, cases: Sequence[LoadCase]) -> Iterator[str]:
@@ -326,27 +309,3 @@ def _stiffness(campaign: Campaign, cases: Sequence[LoadCase]) -> Iterator[str]:
                 f"times the slope of the {curve.name}: is the curve in the units of its header (mm "
                 "or m, N or kN), and the force of the cells in N?"
             )
-
-
-def _mass(
-    excited: Sequence[str], balance: Sequence[tuple[ComplexArray, ComplexArray]]
-) -> Iterator[str]:
-    """Compare the forces of the mounts with the inertia force along x, y and z."""
-    inertia, load = (np.vstack(part) for part in zip(*balance, strict=True))
-    cross = np.sum(inertia.conj() * load, axis=0)
-    sizes = np.linalg.norm(inertia, axis=0), np.linalg.norm(load, axis=0)
-    # errors of places and angles spoil directions that move little
-    ratios = [
-        float(-cross[k].real / sizes[0][k] ** 2)
-        for k, name in enumerate(("fx", "fy", "fz"))
-        if name not in excited and abs(cross[k]) >= BALANCED * sizes[0][k] * sizes[1][k]
-    ]
-    if not ratios:
-        return
-    ratio = min(ratios, key=lambda each: abs(np.log(max(each, 1e-3))))
-    if not MASS_RATIO[0] < ratio < MASS_RATIO[1]:
-        yield (
-            f"the forces of the mounts are {ratio:.2f} times what the mass of [powertrain] takes "
-            "at the measured motion: is mass_kg that of the whole powertrain in kg, and are the "
-            "units of cells and accelerometers right?"
-        )

@@ -7,13 +7,16 @@ predict its sound there. Without --test a virtual drive unit is measured and com
 truth. docs/validation.md has the errors of many virtual units.
 
 Keys of summary.json: completeness (of the interface, median over the lines, 1 is complete),
-condition_number (of the inversion, median), trusted_lines_percent (on which intervals of forces
-hold), on_board_db (largest over runs and left-out sensors, predicted over measured),
-on_board_coherence (least of the runs, median over the lines), sound_db (largest over runs and ears,
-predicted over measured), loudest (point that brings most to the first ear in the first run),
-receiver_sound_db (as sound_db, on the other receiver), blocked_error_percent (largest of the runs,
-trusted lines), blocked_coverage_percent and sound_coverage_percent (of the 90 % intervals), where
-the truth is known; n_doubts, seconds.
+condition_number (of the inversion, median), hits_chi_squared and run_chi_squared (what loads at the
+interface leave of all sensors' response over its stated noise, per degree of freedom, under hits on
+the source and largest of the runs; 1 is complete), trusted_lines_percent (on which intervals of
+forces hold; none where these show an incomplete interface), on_board_db (largest over runs and
+left-out sensors, predicted over measured), on_board_coherence (least of the runs, median over the
+lines), sound_db (largest over runs and ears, predicted over measured), loudest (point that brings
+most to the first ear in the first run), receiver_sound_db (as sound_db, on the other receiver),
+blocked_error_percent (largest of the runs, lines on which noise hides no load),
+blocked_coverage_percent and sound_coverage_percent (of the 90 % intervals), where the truth is
+known; n_doubts, seconds.
 """
 
 from __future__ import annotations
@@ -39,7 +42,6 @@ from deboom.errors import InputError
 from deboom.files.component_test import read_component_test, read_receiver
 from deboom.measurement.component_tpa import (
     INCOMPLETE,
-    MOST_ATTENUATED,
     ComponentTpa,
     InReceiver,
     RunTpa,
@@ -47,6 +49,7 @@ from deboom.measurement.component_tpa import (
     in_receiver,
     level_difference,
 )
+from deboom.measurement.interface_completeness import MOST_ATTENUATED
 from deboom.measurement.quality import quality_table
 from deboom.measurement.uncertainty import COVERAGE
 from deboom.physics.force_inversion import CROSS_VALIDATED, PLAIN, Choice, Inversion
@@ -138,7 +141,9 @@ def run(rule: Inversion, options: Options) -> Report:
             measured = analysed(options.test, options.receiver, rule, options.seed)
             return reported(measured, time.perf_counter() - started)
         step("measuring a virtual drive unit")
-        plan = ComponentPlan(unmeasured_point=options.unmeasured_point, airborne=options.airborne)
+        plan = ComponentPlan(
+            unmeasured_point=float(options.unmeasured_point), airborne=options.airborne
+        )
         with tempfile.TemporaryDirectory(prefix="deboom-") as scratch:
             folder = Path(scratch) / "test"
             write_component_test(folder, options.seed, options.level, plan, truth_seed=options.seed)
@@ -217,6 +222,10 @@ def _summary(measured: Measured, seconds: float) -> dict[str, float | int | str]
     summary: dict[str, float | int | str] = {}
     if result.completeness is not None:
         summary["completeness"] = result.completeness.median
+        if result.completeness.rest.resolved.any():
+            summary["hits_chi_squared"] = result.completeness.rest.chi_squared
+    if judged := [run.rest.chi_squared for run in runs if run.resolved.any()]:
+        summary["run_chi_squared"] = max(judged)
     summary["condition_number"] = float(np.median(runs[0].inversion.condition_number))
     summary["trusted_lines_percent"] = 100 * float(np.mean([run.trusted.mean() for run in runs]))
     levels = np.concatenate([np.abs(run.on_board_level) for run in runs])
@@ -245,8 +254,8 @@ def _summary(measured: Measured, seconds: float) -> dict[str, float | int | str]
 
 
 def _against(measured: Measured, run: RunTpa) -> tuple[float, float, float]:
-    """Error of the blocked forces on trusted lines, and coverages of forces and sound [%]."""
-    truth, kept = measured.truth[run.name], run.trusted
+    """Error of the blocked forces on resolved lines, and coverages of forces and sound [%]."""
+    truth, kept = measured.truth[run.name], run.resolved
     identified = run.blocked.force.values
     error = np.linalg.norm((identified - truth.blocked)[kept]) / np.linalg.norm(truth.blocked[kept])
     forces = run.force_interval().holds(np.abs(truth.blocked))[kept]
@@ -288,7 +297,12 @@ def _headlines(report: Report, measured: Measured) -> None:
             f"largest error at a sensor left out; coherence {summary['on_board_coherence']:.3f}",
         )
     if "completeness" in summary:
-        report.tile(f"{float(summary['completeness']):.3f}", "completeness of the interface")
+        over_noise = [float(summary[key]) for key in summary if key.endswith("chi_squared")]
+        report.tile(
+            f"{float(summary['completeness']):.3f}",
+            "completeness of the interface; what no load explains is "
+            + (f"{max(over_noise):.1f} times the noise (χ²)" if over_noise else "not known"),
+        )
     report.tile(f"{float(summary['sound_db']):.1f} dB", "largest error at an ear, all lines")
     if "receiver_sound_db" in summary:
         report.tile(
@@ -298,7 +312,7 @@ def _headlines(report: Report, measured: Measured) -> None:
     if "blocked_error_percent" in summary:
         report.tile(
             f"{float(summary['blocked_error_percent']):.0f} %",
-            f"error of the blocked forces on trusted lines, against the truth; intervals of "
+            f"error of the blocked forces where noise hides none, against the truth; intervals of "
             f"{100 * COVERAGE:.0f} % contain the truth in "
             f"{summary['blocked_coverage_percent']:.0f} % of the cases",
         )
@@ -418,10 +432,11 @@ def _sound_panels(runs: Sequence[RunTpa]) -> plot.Figure:
 def _forces(report: Report, measured: Measured) -> None:
     """Show the blocked forces of the first run with their intervals."""
     result, first = measured.result, measured.result.runs[0]
-    hidden = 100 * (1 - first.trusted.mean())
+    hidden = 100 * (1 - first.resolved.mean())
     report.section(
         "Blocked forces",
-        f"Magnitudes in {first.name}; the tables blocked_forces have every run. Hatched, "
+        ("" if first.complete else "**No line is trusted: the interface is incomplete.** ")
+        + f"Magnitudes in {first.name}; the tables blocked_forces have every run. Hatched, "
         f"{hidden:.0f} % of the lines: the noise of the functions shrinks the load that the "
         f"indicators see least by more than {100 * MOST_ATTENUATED:.0f} %, so that its interval "
         "does not hold. This happens at resonances that the source has with its points held, and "
@@ -456,7 +471,7 @@ def _force_panels(
                 run.frequency,
                 curves,
                 ranges={"blocked": (interval.lower[:, k], interval.upper[:, k])},
-                masked={UNTRUSTED: ~run.trusted},
+                masked={UNTRUSTED: ~run.resolved},
                 logarithmic=True,
             )
         )
@@ -541,8 +556,12 @@ def _interface(report: Report, result: ComponentTpa) -> None:
     complete, run = result.completeness, result.runs[0]
     words = (
         "Hits on the source away from its interface are known loads. If loads at the stated "
-        "points reproduce the responses to these hits, the interface is complete. Below "
-        f"{INCOMPLETE:g} a point, such as a hose, or a moment is missing."
+        "points reproduce the responses to these hits, the interface is complete. Completeness is "
+        "the coherence of predicted and measured. The rest is what all sensors show beyond the "
+        "loads, over the noise that coherences and deviations state (χ² per degree of freedom): 1 "
+        f"where the interface is complete. From {complete.rest.limit:.1f} on, a point, such as a "
+        "hose, or a moment is missing: the stated loads may stand for it with a completeness of "
+        "nearly 1 and are not those of the source."
         if complete is not None
         else "Nobody struck the source beside its interface, so that nothing says whether it is "
         "complete."
@@ -554,6 +573,7 @@ def _interface(report: Report, result: ComponentTpa) -> None:
     )
     panels = []
     if complete is not None:
+        rows = np.searchsorted(complete.frequency, run.frequency)
         panels.append(
             CurvePanel(
                 "interface",
@@ -563,7 +583,19 @@ def _interface(report: Report, result: ComponentTpa) -> None:
                 y_label="completeness [1]",
             )
         )
+    rests = {run.name: run.rest.per_line}
+    if complete is not None:
+        rests["hits on the source"] = complete.rest.per_line[rows]
     panels += [
+        CurvePanel(
+            "rest",
+            run.frequency,
+            rests,
+            levels={"limit of the mean": run.rest.limit},
+            masked={UNTRUSTED: ~run.resolved},
+            y_label="rest over noise, χ² [1]",
+            logarithmic=True,
+        ),
         CurvePanel(
             run.name,
             run.frequency,
@@ -580,8 +612,9 @@ def _interface(report: Report, result: ComponentTpa) -> None:
     ]
     report.figure(
         "interface",
-        lambda: plot.curve_panels(panels, columns=3),
-        "Completeness of the interface, condition number and freedom of the inversion.",
+        lambda: plot.curve_panels(panels, columns=2),
+        "Completeness of the interface, rest over noise, condition number and freedom of the "
+        "inversion.",
     )
     lines = pd.DataFrame(
         {
@@ -590,11 +623,12 @@ def _interface(report: Report, result: ComponentTpa) -> None:
             "freedom [1]": run.inversion.freedom,
             "explained [1]": run.explained,
             "attenuation [1]": run.repeated.attenuation,
+            "rest over noise [1]": run.rest.per_line,
         }
     )
     if complete is not None:
-        rows = np.searchsorted(complete.frequency, run.frequency)
         lines["completeness [1]"] = complete.per_line[rows]
+        lines["rest over noise, hits [1]"] = complete.rest.per_line[rows]
     report.table("lines", lines)
 
 

@@ -447,6 +447,6 @@ def component(
     from deboom.bench.component import ComponentPlan
     from deboom.bench.component_writer import write_component_test
 
-    plan = ComponentPlan(points, unmeasured_rotations, unmeasured_point, airborne)
+    plan = ComponentPlan(points, unmeasured_rotations, float(unmeasured_point), airborne)
     write_component_test(folder, seed, level, plan, truth_seed=truth_seed, noise_free=noise_free)
     typer.echo(folder.as_posix())

@@ -16,7 +16,8 @@ from deboom.files.component_test import (
 )
 from deboom.files.uff import read_uff, write_uff
 from deboom.measurement.component_test import MountJoint
-from deboom.measurement.component_tpa import completeness, component_tpa, in_receiver
+from deboom.measurement.component_tpa import component_tpa, in_receiver
+from deboom.measurement.interface_completeness import completeness
 
 
 @pytest.fixture(scope="module")

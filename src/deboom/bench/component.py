@@ -212,13 +212,14 @@ N_SECTION = 6
 """Nodes of each longitudinal."""
 
 
-@checked(points=">=1", airborne=">=0 <inf")
+@checked(points=">=1", unmeasured_point=">=0 <inf", airborne=">=0 <inf")
 class ComponentPlan:
     """What is tested, and what the test leaves out.
 
     - `points`: places at which the source is bolted, 1 to 3.
     - `unmeasured_rotations`: state and report translations alone, though moments act as well.
-    - `unmeasured_point`: a bracket joins source and body besides, which nobody measured.
+    - `unmeasured_point`: section of a bracket that joins source and body besides, which nobody
+      measured, over `STRAY_BRACKET`; 0: there is none [1].
     - `airborne`: energy of the sound that reaches the ears through the air, over that through the
       structure [1].
     - `line_step`: between the lines of functions and spectra [Hz].
@@ -228,7 +229,7 @@ class ComponentPlan:
 
     points: int = 3
     unmeasured_rotations: bool = False
-    unmeasured_point: bool = False
+    unmeasured_point: float = 0.0
     airborne: float = 0.0
     line_step: float = 2.0
 
@@ -273,8 +274,10 @@ def draw_source(plan: ComponentPlan, generator: np.random.Generator) -> Frame:
         "housing 2": centre + np.array([0.11, 0.09, 0.12]),
     }
     scale = np.exp(0.15 * generator.standard_normal(len(places)))
+    size = plan.unmeasured_point
+    stray = replace(STRAY_BRACKET, area=size * STRAY_BRACKET.area)
     arms = [
-        ("core", node, _scaled(STRAY_BRACKET if node == STRAY else HOUSING, factor))
+        ("core", node, _scaled(stray, size * factor) if node == STRAY else _scaled(HOUSING, factor))
         for node, factor in zip(places, scale, strict=True)
         if node != "core"
     ]
@@ -436,7 +439,7 @@ def draw_component(plan: ComponentPlan, frequency: RealArray, truth_seed: int) -
     of_source, of_first, of_second, of_runs = (
         np.random.default_rng([truth_seed, purpose]) for purpose in range(4)
     )
-    second = replace(plan, unmeasured_point=False)
+    second = replace(plan, unmeasured_point=0.0)
     stiffness = 2.0e5 * np.exp(0.3 * of_second.standard_normal((plan.points, 3)))
     return ComponentTruth(
         plan=plan,

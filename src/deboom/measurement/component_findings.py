@@ -10,7 +10,12 @@ import numpy as np
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.component_test import ComponentTest, InterfacePoint, ReceiverTest
-from deboom.measurement.component_tpa import INCOMPLETE, ComponentTpa, component_tpa
+from deboom.measurement.component_tpa import (
+    INCOMPLETE,
+    ComponentTpa,
+    component_tpa,
+    incompleteness,
+)
 from deboom.measurement.culprit import odd_channels
 from deboom.measurement.uncertainty import DB_PER_NEPER
 from deboom.measurement.virtual_point import sensor_geometry
@@ -105,6 +110,7 @@ def _runs(test: ComponentTest) -> Iterator[str]:
     except InputError as error:
         yield f"{error}; or the spectra of this run are conjugated, exp(−jωt)"
         return
+    contradicted = False
     for run in result.runs:
         middle = float(np.median(run.by_line))
         if run.on_board is not None and middle < INCOMPLETE:
@@ -113,7 +119,10 @@ def _runs(test: ComponentTest) -> Iterator[str]:
                 f"{middle:.2f}: are its spectra conjugated, exp(−jωt), of another assembly or of "
                 "other sensors, or is a point missing?"
             )
+            contradicted = True
     yield from _levels(result)
+    if not contradicted:
+        yield from incompleteness(result.runs, result.completeness)
 
 
 def _levels(result: ComponentTpa) -> Iterator[str]:

@@ -214,6 +214,11 @@ class ComponentTest:
         return tuple(channel for sensor in self.on_board for channel in sensor.channels)
 
     @property
+    def all_channels(self) -> tuple[str, ...]:
+        """Indicators, then channels that inversions leave out."""
+        return (*self.indicator_channels, *self.on_board_channels)
+
+    @property
     def ears(self) -> tuple[str, ...]:
         """Targets."""
         return self.pressure.outputs

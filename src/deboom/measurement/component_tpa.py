@@ -4,7 +4,8 @@ Blocked forces belong to the source alone. Found on any receiver from responses 
 functions of the assembly, they predict the sound at its ears, and on another receiver what source
 and receiver make of them together. Three things are compared with measurements: sensors that were
 left out (on-board validation), hits on the source whose load is known (completeness of the
-interface), and the ears.
+interface), and the ears. What all sensors show beyond the loads is held against its noise: a rest
+that is no noise denies every force.
 """
 
 from __future__ import annotations
@@ -27,6 +28,19 @@ from deboom.measurement.component_test import (
     motions_at_points,
 )
 from deboom.measurement.electric_car import tangents
+from deboom.measurement.interface_completeness import (
+    MOST_ATTENUATED,
+    Completeness,
+    Rest,
+    attenuation_of,
+    coherence_of,
+    completeness,
+    function_variance,
+    hit_forces,
+    prediction_variance,
+    rest_of,
+    shrinking_noise,
+)
 from deboom.measurement.path_forces import (
     OnBoardValidation,
     PathForces,
@@ -46,12 +60,8 @@ from deboom.tabled import Tabled
 
 DRAWS = 100
 """Repetitions of a measurement in thought behind every interval."""
-MOST_ATTENUATED = 0.15
-"""Attenuation above which the interval of a blocked force does not hold [1]: near a resonance of
-the source with its interface at rest, or far below its first elastic mode, some loads move no
-indicator."""
 INCOMPLETE = 0.95
-"""Completeness of an interface, median over the lines, below which the report warns [1]."""
+"""Coherence of predicted and measured, median over the lines, below which the report warns [1]."""
 LARGEST_FOREIGN = 0.1
 """Share of the energy at an ear that may come another way before the report warns [1]."""
 UNEXPLAINED, MUCH_WORSE = 0.3, 5.0
@@ -63,36 +73,6 @@ def level_difference(predicted: ComplexArray, measured: ComplexArray, axis: int)
     """Return the level of predicted over measured energies, summed over an axis [dB]."""
     energies = [np.sum(np.abs(values) ** 2, axis=axis) for values in (predicted, measured)]
     return np.asarray(10.0 * np.log10(energies[0] / energies[1]))
-
-
-def coherence_of(predicted: ComplexArray, measured: ComplexArray, axis: int) -> RealArray:
-    """Return ``|Σ p* m|² / (Σ|p|² Σ|m|²)`` over an axis: 1 where they differ by one factor only.
-
-    Over the channels of a line it is the interface completeness criterion, see `completeness`.
-    """
-    cross = np.abs(np.sum(predicted.conj() * measured, axis=axis)) ** 2
-    energies = [np.sum(np.abs(values) ** 2, axis=axis) for values in (predicted, measured)]
-    return np.asarray(cross / (energies[0] * energies[1]))
-
-
-@checked(frequency="f", per_line="f", error="f")
-class Completeness:
-    """How far loads at the stated interface stand for any load in the source.
-
-    - `per_line` (n_frequency,): coherence of predicted and measured response of sensors left out,
-      and of ears, to all hits on the source; 1 where the interface is complete [1].
-    - `error` (n_frequency,): at the sensors left out, norm of predicted minus measured over that of
-      the measured responses to these hits [1].
-    """
-
-    frequency: RealArray
-    per_line: RealArray
-    error: RealArray
-
-    @property
-    def median(self) -> float:
-        """Median over the lines [1]."""
-        return float(np.median(self.per_line))
 
 
 @checked(loads="d f p", sound="d f e", attenuation="f")
@@ -109,6 +89,11 @@ class Repeated:
     sound: ComplexArray
     attenuation: RealArray
 
+    @property
+    def resolved(self) -> BoolArray:
+        """Lines whose noise hides no load, (n_frequency,): `MOST_ATTENUATED` is not exceeded."""
+        return np.asarray(self.attenuation <= MOST_ATTENUATED)
+
 
 @checked(by_line="f", on_board_coherence="c")
 class RunTpa(Tabled):
@@ -121,6 +106,8 @@ class RunTpa(Tabled):
       lines [dB], and their coherence over the lines [1].
     - `by_line` (n_frequency,): coherence of predicted and measured over the sensors left out, or,
       without any, of the indicators [1].
+    - `rest`: what the loads leave at all sensors.
+    - `complete`: whether noise explains that, in the run and under hits on the source.
     - `transfer`: ears per load, assembly [Pa/N, Pa/(N m)].
     - `sound`, `measured_sound`: at the ears, of the blocked forces and as recorded [Pa].
     """
@@ -133,6 +120,8 @@ class RunTpa(Tabled):
     on_board_level: RealArray
     on_board_coherence: RealArray
     by_line: RealArray
+    rest: Rest
+    complete: bool
     transfer: Frf
     sound: Spectrum
     measured_sound: Spectrum
@@ -154,9 +143,14 @@ class RunTpa(Tabled):
         return np.asarray(1.0 - self.inversion.residual**2)
 
     @property
+    def resolved(self) -> BoolArray:
+        """Lines whose noise hides no load, (n_frequency,)."""
+        return self.repeated.resolved
+
+    @property
     def trusted(self) -> BoolArray:
-        """Lines whose intervals hold, (n_frequency,): `MOST_ATTENUATED` is not exceeded."""
-        return np.asarray(self.repeated.attenuation <= MOST_ATTENUATED)
+        """Lines whose intervals hold, (n_frequency,): resolved ones of a complete interface."""
+        return np.asarray(self.resolved & self.complete)
 
     @property
     def table(self) -> pd.DataFrame:
@@ -281,8 +275,8 @@ def component_tpa(
     order: noise of operation and of the hits' functions, place, direction and gain of the hammer;
     what regularisation holds back is repeated with them, and so is, in its mean, how the noise of
     the functions shrinks what is divided by them, ``(YᴴY)⁻¹ E(δYᴴ (I − YY⁺) δY) f``. They hold for
-    a complete interface: what a missing point or moment does is in no interval, but in completeness
-    and validation.
+    a complete interface: what a missing point or moment does is in no interval. Where what the
+    loads leave at the sensors is no noise (`Rest`), no line is trusted.
 
     Examples
     --------
@@ -295,11 +289,20 @@ def component_tpa(
         raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
     at_points = functions_at_points(test.accelerance, test.points)
     to_ears = functions_at_points(test.pressure, test.points)
+    complete = completeness(test, inversion) if test.source_hits else None
+    hits_are_explained = complete is None or complete.rest.is_noise
     runs = tuple(
-        _run_tpa(test, run, at_points, to_ears, inversion, np.random.default_rng([seed, number]))
+        _run_tpa(
+            test,
+            run,
+            at_points,
+            to_ears,
+            inversion,
+            np.random.default_rng([seed, number]),
+            hits_are_explained=hits_are_explained,
+        )
         for number, run in enumerate(test.runs)
     )
-    complete = completeness(test, inversion) if test.source_hits else None
     for run in runs:
         refuse_other_assembly(test, run, complete)
     return ComponentTpa(
@@ -318,6 +321,8 @@ def _run_tpa(
     to_ears: Frf,
     inversion: Inversion,
     generator: np.random.Generator,
+    *,
+    hits_are_explained: bool,
 ) -> RunTpa:
     rows = test.lines_of(run)
     at_points, to_ears = at_lines(at_points, rows), at_lines(to_ears, rows)
@@ -325,11 +330,31 @@ def _run_tpa(
     response = replace(run.acceleration, frequency=at_points.frequency)
     sound = replace(run.sound, frequency=at_points.frequency).select(test.ears)
     indicators = at_points.select(outputs=test.indicator_channels)
-    columns = [run.acceleration.channels.index(name) for name in indicators.outputs]
-    noise = run.acceleration_deviation[:, columns]
     blocked = blocked_forces_in_situ(indicators, response, inversion)
-    repeated = _repeated(test, rows, indicators, to_ears, blocked, noise, generator)
-    force = blocked.force
+    force, channels = blocked.force, test.all_channels
+    columns = [run.acceleration.channels.index(name) for name in channels]
+    of_functions = _variance(test, test.accelerance, test.coherence, rows, channels)
+    deviation = np.sqrt(
+        run.acceleration_deviation[:, columns] ** 2
+        + prediction_variance(test.points, of_functions, force.values)
+    )
+    n_indicator = len(indicators.outputs)
+    repeated = _repeated(
+        test,
+        rows,
+        indicators,
+        to_ears,
+        blocked,
+        of_functions[:, :n_indicator],
+        deviation[:, :n_indicator],
+        generator,
+    )
+    rest = rest_of(
+        at_points.select(outputs=channels).values,
+        response.select(channels).values,
+        deviation**2,
+        repeated.resolved,
+    )
     on_board = None
     level, coherence = np.zeros((2, 0))
     fitted = indicators @ force
@@ -350,6 +375,8 @@ def _run_tpa(
         on_board_level=level,
         on_board_coherence=coherence,
         by_line=by_line,
+        rest=rest,
+        complete=hits_are_explained and rest.is_noise,
         transfer=to_ears,
         sound=to_ears @ force,
         measured_sound=sound,
@@ -367,7 +394,8 @@ def _repeated(
     indicators: Frf,
     to_ears: Frf,
     blocked: PathForces,
-    noise: RealArray,
+    of_functions: RealArray,
+    deviation: RealArray,
     generator: np.random.Generator,
 ) -> Repeated:
     """Repeat a measurement in thought.
@@ -378,18 +406,12 @@ def _repeated(
     inverted = blocked.inversion
     assert inverted is not None
     force, matrix = blocked.force.values, indicators.values
-    at_hits = _hit_forces(test.points, force)
-    of_hits = np.abs(np.stack(list(at_hits.values()), axis=1)) ** 2
-    of_functions = _variance(test, test.accelerance, test.coherence, rows, indicators.outputs)
-    deviation = np.sqrt(noise**2 + np.einsum("foi,fi->fo", of_functions, of_hits))
     explained = np.einsum("fcp,fp->fc", matrix, force)
     again = explained + deviation * complex_normals((DRAWS, *deviation.shape), generator)
     blocked_force = np.einsum("fpc,dfc->dfp", inverted.gain, again)
     # noise of the functions makes their matrix larger, and what is divided by it smaller
     normal = np.swapaxes(matrix.conj(), 1, 2) @ matrix
-    n_indicator, n_load = matrix.shape[1:]
-    # of what noise does to the rows, the part along the matrix's own columns does not shrink
-    of_noise = _summed_noise(test.points, of_functions) * (1.0 - n_load / n_indicator)
+    of_noise = shrinking_noise(test.points, of_functions)
     try:
         shrunk = np.linalg.solve(normal, of_noise @ force[:, :, np.newaxis])[:, :, 0]
     except np.linalg.LinAlgError:
@@ -397,18 +419,13 @@ def _repeated(
             f"{test.name}: the functions of the points are the same along two directions, so that "
             "no interval can be given: place the sensors of a point farther apart"
         ) from None
-    scale = 1.0 / np.sqrt(np.einsum("fpp->fp", normal).real)
-    scaled = [values * scale[:, :, None] * scale[:, None, :] for values in (normal, of_noise)]
-    directions = np.linalg.eigh(scaled[0])
-    weakest = directions.eigenvectors[:, :, 0]
-    shrinks = np.einsum("fp,fpq,fq->f", weakest.conj(), scaled[1], weakest).real
-    attenuation = shrinks / directions.eigenvalues[:, 0]
     blocked_force = blocked_force - shrunk
     heard = np.einsum("fei,dfi->dfe", to_ears.values, blocked_force + shrunk)
     per_hit = _variance(test, test.pressure, test.pressure_coherence, rows, to_ears.outputs)
-    at_ears = np.sqrt(np.einsum("foi,fi->fo", per_hit, of_hits))
+    at_ears = np.sqrt(prediction_variance(test.points, per_hit, force))
     heard = heard + at_ears * complex_normals(heard.shape, generator)
     heard *= 1.0 + test.microphone * generator.standard_normal((DRAWS, 1, heard.shape[2]))
+    at_hits = hit_forces(test.points, force)
     # the hammer's errors are the same at all lines
     factor = 1.0 + test.tolerances.hammer_gain * generator.standard_normal(DRAWS)
     moved = np.zeros_like(blocked_force)
@@ -420,53 +437,19 @@ def _repeated(
         moved[:, :, first : first + n_load] = change[:, :, :n_load]
         first += n_load
     return Repeated(
-        np.asarray(factor[:, np.newaxis, np.newaxis] * (blocked_force + moved)), heard, attenuation
+        np.asarray(factor[:, np.newaxis, np.newaxis] * (blocked_force + moved)),
+        heard,
+        attenuation_of(matrix, of_noise),
     )
 
 
 def _variance(
     test: ComponentTest, functions: Frf, coherence: RealArray, rows: slice, outputs: Sequence[str]
 ) -> RealArray:
-    """Mean square of the noise of functions to the hits of all points, (f, n_output, n_impact).
-
-    ``|H|² (1 − γ²)/(n γ²)`` of n averages (Bendat and Piersol, Random Data, 4th ed., eq. 9.90).
-    """
+    """Mean square of the noise of functions to the hits of all points, (f, n_output, n_impact)."""
     hits = [name for point in test.points for name in point.impact_names]
-    part = functions.select(outputs, hits)
-    places = [functions.outputs.index(name) for name in outputs]
-    columns = [functions.inputs.index(name) for name in hits]
-    coherent = np.maximum(coherence[rows][:, places][:, :, columns], np.finfo(float).tiny)
-    size = np.abs(part.values[rows]) ** 2
-    return np.asarray(size * (1 - coherent) / (test.n_averages * coherent))
-
-
-def _summed_noise(points: Sequence[InterfacePoint], variance: RealArray) -> RealArray:
-    """Return the mean of ``δYᴴ δY`` for noise δY of functions per load, (f, n_load, n_load)."""
-    per_hit = variance.sum(axis=1)
-    n_load = sum(len(point.motions) for point in points)
-    whole = np.zeros((len(variance), n_load, n_load))
-    hit = load = 0
-    for point in points:
-        inverse = point.struck().inverse
-        n, m = inverse.shape
-        part = per_hit[:, hit : hit + m]
-        whole[:, load : load + n, load : load + n] = np.einsum(
-            "ai,fi,bi->fab", inverse, part, inverse
-        )
-        hit, load = hit + m, load + n
-    return whole
-
-
-def _hit_forces(points: Sequence[InterfacePoint], force: ComplexArray) -> dict[str, ComplexArray]:
-    """Return the forces of hits that make up loads at the points, ``(U⁺)ᵀ f``."""
-    forces: dict[str, ComplexArray] = {}
-    first = 0
-    for point in points:
-        struck = point.struck()
-        part = force[:, first : first + len(point.motions)] @ struck.inverse
-        forces |= dict(zip(struck.channels, part.T, strict=True))
-        first += len(point.motions)
-    return forces
+    part = at_lines(functions, rows)
+    return function_variance(part, coherence[rows], test.n_averages, outputs, hits)
 
 
 def _misplaced(
@@ -490,62 +473,6 @@ def _misplaced(
         change[..., :3] += lean * across
         change[..., 3:] += lean * np.cross(geometry.levers, across)
     return np.asarray(np.einsum("fi,dia->dfa", forces, change))
-
-
-def completeness(test: ComponentTest, inversion: Inversion = CROSS_VALIDATED) -> Completeness:
-    """Ask of hits on the source whether loads at the stated interface stand for them.
-
-    The responses of the indicators to a hit are inverted for loads at the interface as if it were
-    an operation, and these predict sensors that were left out, and ears. Raises InputError: no hit
-    on the source.
-
-    Notes
-    -----
-    Interface completeness criterion (Meggitt, Moorhouse and Elliott, "On the problem of describing
-    the coupling interface between sub-structures: an experimental test for 'completeness'", IMAC
-    2018), with the assembly's functions inverted in place of the interface's. A point or a moment
-    that is missing lowers it where it matters; a path through the air does not, as hits excite
-    none.
-    """
-    if not test.source_hits:
-        raise InputError(
-            f"{test.name}: nobody struck the source beside its interface, so that nothing says "
-            "whether the interface is complete: strike its housing, and name the hits in "
-            "source_impacts"
-        )
-    lines = test.accelerance.frequency
-    indicators = functions_at_points(
-        test.accelerance.select(outputs=test.indicator_channels), test.points
-    )
-    left_out = functions_at_points(
-        test.accelerance.select(outputs=test.on_board_channels or test.indicator_channels),
-        test.points,
-    )
-    to_ears = functions_at_points(test.pressure, test.points)
-    cross, energies = np.zeros(lines.size, complex), np.zeros((2, lines.size))
-    missed, whole = np.zeros((2, lines.size))
-    for hit in test.source_hits:
-        seen = test.accelerance.select(inputs=(hit.name,))
-        heard = test.pressure.select(inputs=(hit.name,)).values[:, :, 0]
-        response = Spectrum(lines, seen.values[:, :, 0], seen.outputs, "m/s^2")
-        blocked = blocked_forces_in_situ(indicators, response, inversion)
-        measured = response.select(left_out.outputs).values
-        # ears and accelerometers count alike
-        for predicted, truth in (
-            ((left_out @ blocked.force).values, measured),
-            ((to_ears @ blocked.force).values, heard),
-        ):
-            scale = 1.0 / np.sum(np.abs(truth) ** 2)
-            cross += scale * np.sum(predicted.conj() * truth, axis=1)
-            for place, values in enumerate((predicted, truth)):
-                energies[place] += scale * np.sum(np.abs(values) ** 2, axis=1)
-        missed += np.sum(np.abs((left_out @ blocked.force).values - measured) ** 2, axis=1)
-        whole += np.sum(np.abs(measured) ** 2, axis=1)
-    return Completeness(
-        frequency=lines,
-        per_line=np.abs(cross) ** 2 / (energies[0] * energies[1]),
-        error=np.sqrt(missed / whole),
-    )
 
 
 def refuse_other_assembly(test: ComponentTest, run: RunTpa, complete: Completeness | None) -> None:
@@ -585,21 +512,44 @@ def _quality(test: ComponentTest, point: InterfacePoint) -> tuple[QualityCheck, 
     )
 
 
+def incompleteness(runs: Sequence[RunTpa], complete: Completeness | None) -> list[str]:
+    """Say where more than noise is left of the sensors' response, and that no force holds then."""
+    if complete is not None and not complete.rest.is_noise:
+        of_runs = max(run.rest.chi_squared for run in runs)
+        return [
+            "The interface is incomplete: what loads at the stated points leave of the response to "
+            f"hits on the source is {complete.rest.chi_squared:.1f} times the noise that "
+            f"coherences state (χ² per degree of freedom, 1 is complete, {complete.rest.limit:.1f} "
+            f"is the limit; {of_runs:.1f} in the runs; completeness {complete.median:.3f}). A "
+            "point, such as a hose or cable, or a moment is missing, or the noise is larger than "
+            "stated. No blocked force and no interval is to be trusted, nor the sound on another "
+            "receiver; the sound at the ears here hardly suffers."
+        ]
+    return [
+        f"Run {run.name}: what the loads leave of the response is {run.rest.chi_squared:.1f} times "
+        f"the stated noise (χ² per degree of freedom, {run.rest.limit:.1f} is the limit)"
+        + (", though it is noise under hits on the source" if complete is not None else "")
+        + ": something else than the source moves the sensors, one of them has changed since the "
+        "hits, a point or a moment is missing, or the spectra are noisier than stated. No blocked "
+        "force of this run and no interval is to be trusted."
+        for run in runs
+        if not run.complete
+    ]
+
+
 def _doubts(runs: Sequence[RunTpa], complete: Completeness | None) -> list[str]:
     """Say what a reader must know before trusting the numbers."""
-    doubts = []
-    if complete is not None and complete.median < INCOMPLETE:
-        doubts.append(
-            f"The interface is incomplete: loads at the stated points reproduce hits on the source "
-            f"with a completeness of {complete.median:.2f} (median over the lines, 1 is complete, "
-            f"{INCOMPLETE:g} is asked). A point, such as a hose or cable, or a moment is missing; "
-            "no interval knows of it."
-        )
+    doubts = incompleteness(runs, complete)
     if complete is None:
         doubts.append(
             "Whether the interface is complete is not known: nobody struck the source beside it."
         )
     for run in runs:
+        if not run.resolved.any():
+            doubts.append(
+                f"Run {run.name}: on every line the noise of the functions hides a load, so that "
+                "no interval holds and nothing says whether the interface is complete."
+            )
         if run.on_board is None:
             doubts.append(
                 f"Run {run.name}: no sensor was left out of the inversion, so that nothing "

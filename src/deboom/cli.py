@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import gc
 import os
 from pathlib import Path
 from typing import Annotated, Any
@@ -132,6 +133,8 @@ def _options(
     os.environ.setdefault("MPLBACKEND", "agg")  # figures become files and need no window
     # worker processes import nothing from the folder that the user stands in
     os.environ["PYTHONSAFEPATH"] = "1"
+    # figures and tables are many objects that stay, and each round of the collector passes them
+    gc.set_threshold(50_000, 20, 50)
 
 
 @app.command(

@@ -168,6 +168,19 @@ def test_a_map_puts_small_amplitudes_above_and_marks_splits(drawn):
     assert np.all(np.diff(colours) >= 0)  # large values lie above the others
 
 
+def test_maps_of_the_same_points_share_the_axes_of_their_column(drawn):
+    (panels,), _ = map_arguments()
+    below = [replace(panel, title=f"phase, {panel.title}") for panel in panels]
+    above, _, under, beside, *_ = drawn(
+        figures.point_maps, (([*panels, *below],), {"columns": 2})
+    ).axes
+    assert under.yaxis_inverted()
+    assert under.get_ylim() == above.get_ylim() != beside.get_ylim()
+    assert [axes.get_xlabel() for axes in (above, under)] == ["", "torque [N m]"]
+    under.set_xlim(100.0, 200.0)
+    assert above.get_xlim() == (100.0, 200.0)
+
+
 def test_a_map_refuses_what_it_could_not_show():
     (panels,), _ = map_arguments()
     panels[0] = replace(panels[0], value=np.full(60, np.nan))

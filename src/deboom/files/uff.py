@@ -10,6 +10,7 @@ import tempfile
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import Any
@@ -412,6 +413,7 @@ def _si_of(quantity: str, direction: str) -> str:
     return units["r" in direction.removeprefix("scalar")][0] if units else ""
 
 
+@lru_cache(maxsize=1024)
 def _parted(above: str, below: str, si_above: str, si_below: str) -> tuple[str, str]:
     """Return both labels; an ordinate's such as m/s^2/N, which names the denominator, is parted.
 

@@ -6,6 +6,7 @@ import itertools
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -162,6 +163,7 @@ class Unit:
     factor: float
 
 
+@lru_cache(maxsize=1024)  # a campaign names a few units some hundred thousand times
 def parse_unit(label: str, si: str = "") -> Unit:
     """Return the unit that a label names.
 

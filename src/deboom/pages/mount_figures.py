@@ -355,18 +355,19 @@ _QUANTITIES = (
 
 
 def _mount_map(bench: CharacterisedBench, directions: Sequence[OperatingMap]) -> plot.Figure:
-    """Draw magnitude, phase, real and imaginary part of each direction."""
-    maps = []
+    """Draw magnitude, phase, real and imaginary part, a column per direction."""
+    columns = []
     for every in directions:
         few = _few(every)
         x, label = _preload(bench, few)
+        amplitude = few.amplitude * MM
         outline = _outline(_preload(bench, every)[0], every.amplitude * MM, amplitude=True)
-        for quantity, unit, part, of in _QUANTITIES:
-            maps.append(
+        columns.append(
+            [
                 PointMap(
                     title=f"{quantity}, {every.name}",
                     x=x,
-                    y=few.amplitude * MM,
+                    y=amplitude,
                     value=of(few.stiffness),
                     x_label=label,
                     y_label="displacement [mm]",
@@ -375,8 +376,11 @@ def _mount_map(bench: CharacterisedBench, directions: Sequence[OperatingMap]) ->
                     outline=outline,
                     amplitude=True,
                 )
-            )
-    return plot.point_maps(maps, columns=2)
+                for quantity, unit, part, of in _QUANTITIES
+            ]
+        )
+    maps = [panel for row in zip(*columns, strict=True) for panel in row]
+    return plot.point_maps(maps, columns=len(columns) if len(columns) > 1 else 2)
 
 
 def _dependence(bench: CharacterisedBench, every: OperatingMap) -> plot.Figure:

@@ -126,7 +126,7 @@ def curve_panels(
             for low, high in fitted:
                 axes.axvspan(low, high, color=TRACK, alpha=0.6, linewidth=0, zorder=0)
             drawn.append(_draw(axes, panel, looks, free_scale=not share_y and depth is None))
-            if log_frequency:
+            if log_frequency and (place == 0 or not alike):
                 frequency_axis(axes, *spans[place])
             above = place - columns
             if order is not None and (above < 0 or spans[place] != spans[above]):

@@ -52,14 +52,24 @@ def point_maps(maps: Sequence[PointMap], *, columns: int = 3) -> Figure:
     - raises InputError: no map, arrays of different lengths, values that are not finite.
 
     The scale ends at the 1st and the 99th percentile, with arrow heads where values lie beyond.
-    Points of large values lie above the others.
+    Points of large values lie above the others. Where all panels of each column show the same
+    points, they share their axes, with the numbers of the abscissa below the last.
     """
     columns = min(columns, max(len(maps), 1))
-    with panel_grid("point_maps", len(maps), columns, 0.4, _PANEL_HEIGHT[columns]) as (
-        figure,
-        grid,
-    ):
-        for axes, shown in zip(grid, maps, strict=True):
+    share = all(
+        above.x is below.x and above.y is below.y
+        for above, below in zip(maps, maps[columns:], strict=False)
+    )
+    with panel_grid(
+        "point_maps",
+        len(maps),
+        columns,
+        0.4,
+        _PANEL_HEIGHT[columns],
+        share_x="col" if share else False,
+        share_y="col" if share else False,
+    ) as (figure, grid):
+        for place, (axes, shown) in enumerate(zip(grid, maps, strict=True)):
             data = finite("point_maps", {"x": shown.x, "y": shown.y, "value": shown.value})
             low, high = np.percentile(data["value"], _ENDS)
             order = np.argsort(data["value"], kind="stable")
@@ -72,11 +82,13 @@ def point_maps(maps: Sequence[PointMap], *, columns: int = 3) -> Figure:
                 axes.axvline(split, color=INK, lw=1.0, ls="--")
             if shown.amplitude:
                 plain_logarithmic(axes)
-                axes.invert_yaxis()
+                axes.yaxis.set_inverted(True)
             # plain numbers leave nothing above a panel for which its title would look at each tick
             height = 1.0 if shown.amplitude else None
             axes.set_title(shown.title, loc="left", y=height, fontweight="bold")
-            axes.set_xlabel(shown.x_label)
+            if not share or place + columns >= len(maps):
+                axes.tick_params(labelbottom=True)
+                axes.set_xlabel(shown.x_label)
             axes.set_ylabel(shown.y_label)
             beyond = {(False, False): "neither", (True, False): "min", (False, True): "max"}
             ends = beyond.get((bool(value[0] < low), bool(value[-1] > high)), "both")

@@ -114,6 +114,9 @@ def curve_matrix(
             "hspace": 0.12 if logarithmic else 0.24,
         }
         grid = figure.subplots(n, n, sharex=True, gridspec_kw=places)
+        # of one panel: each would look at all that share its scale
+        frequency_axis(grid[0, 0], lines[0], lines[-1])
+        grid[0, 0].set_xticks([tick for tick in (10, 30, 100) if lines[0] <= tick <= lines[-1]])
         for row in range(n):
             for column in range(n):
                 axes = grid[row, column]
@@ -130,7 +133,7 @@ def curve_matrix(
                         zorder=3 if model else 2,
                         label=name,
                     )
-                _small_axes(axes, lines, logarithmic=logarithmic)
+                _small_axes(axes, logarithmic=logarithmic)
                 if row == 0:
                     axes.set_title(names[column], fontweight="bold")
                 if column == 0:
@@ -199,11 +202,9 @@ def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> Figure:
         return figure
 
 
-def _small_axes(axes: Axes, lines: npt.NDArray[np.float64], *, logarithmic: bool) -> None:
+def _small_axes(axes: Axes, *, logarithmic: bool) -> None:
     from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
-    frequency_axis(axes, lines[0], lines[-1])
-    axes.set_xticks([tick for tick in (10, 30, 100) if lines[0] <= tick <= lines[-1]])
     if logarithmic:
         axes.set_yscale("log")
         axes.yaxis.set_minor_locator(NullLocator())

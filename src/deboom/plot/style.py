@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -117,7 +117,7 @@ RealArray = npt.NDArray[np.float64]
 
 PALETTE = 256
 """Colours of a picture: as many as one byte tells apart."""
-_ROUNDS = 8
+_ROUNDS = 4
 
 
 @contextmanager
@@ -137,8 +137,8 @@ def panel_grid(
     columns: int,
     margin: float,
     row_height: float,
-    share_x: bool = False,
-    share_y: bool = False,
+    share_x: bool | Literal["col"] = False,
+    share_y: bool | Literal["col"] = False,
     width: float = FULL_WIDTH,
 ) -> Iterator[tuple[Figure, list[Axes]]]:
     """Open a figure of `count` panels in rows; sizes in inches; InputError without one."""

@@ -261,12 +261,9 @@ def cross_stiffness(
     the posterior). Motion that is nearly alike in all lines, or stiffnesses that are nearly alike,
     leave angles open: their deviations say so.
     """
-    every = slice(None, None, -(-len(force) // LINES))
     sensor = np.hypot(tolerances.sensor_angle, tolerances.sensor_cross_axis)
     askew = np.repeat([sensor, tolerances.shaker_angle], len(PAIRS))
-    comparison = _Comparison(
-        displacement[every], force[every], _scaled(state[every]), np.asarray(askew)
-    )
+    comparison = _comparison(displacement, force, state, np.asarray(askew))
     upright = np.zeros(15)
     grid = [np.concatenate([angles, upright[3:]]) for angles in GRID]
     costs = [np.sum(np.abs(comparison.rest(start)) ** 2) for start in grid]
@@ -286,6 +283,26 @@ def cross_stiffness(
         angles=best.x[:3],
         deviations=_deviations(best, fits),
     )
+
+
+def unexplained_along_axes(
+    displacement: ComplexArray, force: ComplexArray, state: RealArray
+) -> float:
+    """Return the part of a force that no stiffness along the stated axes explains, rms [1].
+
+    Arguments as those of `cross_stiffness`, without any error of sensors and shaker.
+    """
+    exact = _comparison(displacement, force, state, np.zeros(2 * len(PAIRS)))
+    rest = exact.rest(np.zeros(3 + 2 * len(PAIRS)))
+    return float(np.sqrt(np.mean(np.sum(np.abs(rest) ** 2, axis=0))))
+
+
+def _comparison(
+    displacement: ComplexArray, force: ComplexArray, state: RealArray, askew: RealArray
+) -> _Comparison:
+    """Compare at most `LINES` lines."""
+    every = slice(None, None, -(-len(force) // LINES))
+    return _Comparison(displacement[every], force[every], _scaled(state[every]), askew)
 
 
 def _deviations(best: OptimizeResult, fits: Sequence[OptimizeResult]) -> RealArray:

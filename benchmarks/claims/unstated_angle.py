@@ -70,8 +70,8 @@ def claims() -> list[Claim]:
     visible = np.array([*named_shares, *missed_shares]) > VISIBLE
     return [
         at_least(
-            f"alarms for the mount that is turned, where more than {VISIBLE:.0%} of its force is not "
-            f"explained along its stated axes, {visible.sum()} of {few} [%]",
+            f"alarms for the mount that is turned, where its stated axes leave more than "
+            f"{VISIBLE:.0%} of its force, {visible.sum()} of {few} [%]",
             100,
             100 * visible[: len(named_shares)].sum() / visible.sum(),
             0,

@@ -10,6 +10,10 @@ follow from 162 tuning platforms by one rule, and light and truck bodies took no
 stand eight platforms of each family with seeds of their own; intervals in brackets are those of a
 bootstrap over platforms. Noise is that of runs and functions from line to line; places and
 calibrations err as always.
+
+Light bodies of which nothing is known are the weakest: 79 % are held in 40 platforms of them, and a
+third more is expected than they bring (decisions.md has all 318 judged platforms). The scores asked
+over those of the former constants are missed in each state; refitted, these constants score worse.
 """
 
 from __future__ import annotations

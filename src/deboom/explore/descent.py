@@ -143,7 +143,7 @@ def _is_differenced(number: Objective) -> bool:
 
 
 def _of_each(robust: Robust, limit: Limit) -> list[Limit]:
-    """Return a limit, or one of each response in place of that of the worst one from above."""
+    """Return a limit, or one of each response for that of the worst one from above."""
     number = limit.number
     if number.worst and number.response is None and np.isinf(float(limit.at_least)):
         # the largest is below a bound if all are
@@ -301,7 +301,7 @@ def _own_gradient(robust: Robust, number: Objective, design: RealArray, value: f
 class _Point(NamedTuple):
     """A scaled design (k,) from 0 to 1, its objectives (2,), and how far it misses a limit."""
 
-    place: RealArray
+    x: RealArray
     value: RealArray
     beyond: float
 
@@ -315,6 +315,7 @@ class _Point(NamedTuple):
 class _Landscape:
     """Objectives over scaled designs from 0 to 1, and all designs that were evaluated.
 
+    - `xs`, `values`, `beyond`: scaled designs that were evaluated, objectives, largest excess.
     - `size` (2 + c,): what an objective or an excess is divided by, so that one tolerance serves
       all.
     - `worst` (2,): largest objectives so far, scaled.
@@ -325,7 +326,7 @@ class _Landscape:
     problem: _Problem
     size: RealArray
     worst: RealArray
-    places: list[RealArray] = field(default_factory=list)
+    xs: list[RealArray] = field(default_factory=list)
     values: list[RealArray] = field(default_factory=list)
     beyond: list[float] = field(default_factory=list)
     excess: RealArray = field(init=False)
@@ -336,31 +337,31 @@ class _Landscape:
         """Number c of limits."""
         return self.size.size - 2
 
-    def at(self, place: RealArray) -> RealArray:
+    def at(self, x: RealArray) -> RealArray:
         """Return the objectives (2,) at a scaled design (k,)."""
-        if not self.places or self.places[-1].tobytes() != place.tobytes():
+        if not self.xs or self.xs[-1].tobytes() != x.tobytes():
             space = self.problem.robust.space
-            design = space.lower + place * (space.upper - space.lower)
+            design = space.lower + x * (space.upper - space.lower)
             value, gradients = self.problem(design)
             scaled = value / self.size
             if np.isfinite(scaled).all():
                 self.worst = np.fmax(self.worst, scaled[:2])
             else:
                 scaled = np.r_[self.worst + WORSE, np.full(self.n_limits, WORSE)]
-            self.places.append(place.copy())
+            self.xs.append(x.copy())
             self.values.append(scaled[:2])
             self.excess, self.slope = scaled[2:], cache(partial(self._scaled, gradients))
             self.beyond.append(float(np.max(self.excess, initial=-np.inf)))
         return self.values[-1]
 
-    def excess_at(self, place: RealArray) -> RealArray:
+    def excess_at(self, x: RealArray) -> RealArray:
         """Return the excess over the limits (c,) at a scaled design."""
-        self.at(place)
+        self.at(x)
         return self.excess
 
-    def slope_at(self, place: RealArray) -> RealArray:
+    def slope_at(self, x: RealArray) -> RealArray:
         """Return the gradients of the objectives and the excess (2 + c, k) at a scaled design."""
-        self.at(place)
+        self.at(x)
         return self.slope()
 
     def _scaled(self, gradients: Callable[[], RealArray]) -> RealArray:
@@ -391,9 +392,9 @@ class _Landscape:
     def descend(self, start: RealArray, row: int, *, goal: float, steps: int) -> _Point:
         """Return where a descent of one objective ends."""
         end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
-            lambda place: STEEP * self.at(place)[row],
+            lambda x: STEEP * self.at(x)[row],
             start,
-            jac=lambda place: STEEP * self.slope_at(place)[row],
+            jac=lambda x: STEEP * self.slope_at(x)[row],
             method="SLSQP",
             bounds=[(0.0, 1.0)] * len(start),
             constraints=self._kept(len(start), goal=goal),
@@ -428,11 +429,11 @@ class _Landscape:
 
     def evaluated(self, row: int) -> _Point:
         """Return one of the designs that were evaluated."""
-        return _Point(self.places[row], self.values[row], self.beyond[row])
+        return _Point(self.xs[row], self.values[row], self.beyond[row])
 
-    def point(self, place: RealArray) -> _Point:
-        """Return the objectives at a place, clipped into the bounds."""
-        inside = np.clip(place, 0.0, 1.0)
+    def point(self, x: RealArray) -> _Point:
+        """Return the objectives at a scaled design, clipped into the bounds."""
+        inside = np.clip(x, 0.0, 1.0)
         value = self.at(inside)
         return _Point(inside, value, self.beyond[-1])
 
@@ -509,15 +510,15 @@ def converged_front(
     space = robust.space
     free = space.upper > space.lower
 
-    def place() -> RealArray:
+    def draw() -> RealArray:
         return np.where(free, random.random(free.size), 0.0)
 
     stages = _Stages(progress, 3 if ends_only else 5)
     few = _Problem(replace(robust, sample=_first_draws(robust.sample, FEW_DRAWS)))
-    size, worst = _scale(few, np.array([place() for _ in range(16)]))
+    size, worst = _scale(few, np.array([draw() for _ in range(16)]))
     guides = _guides(space, begin)
     targets = 0 if ends_only else TARGETS
-    ends, branches = _branches(_Landscape(few, size, worst), place, guides, targets)
+    ends, branches = _branches(_Landscape(few, size, worst), draw, guides, targets)
     stages.done("branches of the front")
     landscape = _Landscape(_Problem(robust), size, worst)
     net = _Net(landscape, _ends(landscape, ends, branches, guides))
@@ -526,7 +527,7 @@ def converged_front(
         for guide in guides:
             landscape.point(guide)
         for share, points in branches.items():
-            starts = [points[0].place, *_at_share(guides, share)]
+            starts = [points[0].x, *_at_share(guides, share)]
             net.solve(share, [landscape.point(start) for start in starts])
         for shares in (sorted(net.points), sorted(net.points, reverse=True)):
             for before, share in pairwise(shares[:-1]):
@@ -535,10 +536,10 @@ def converged_front(
         net.refine()
         stages.done("widest gaps halved")
     kept = np.array(landscape.beyond) <= 0.0
-    places, reached = np.array(landscape.places)[kept], np.array(landscape.values)[kept]
+    xs, reached = np.array(landscape.xs)[kept], np.array(landscape.values)[kept]
     lines = [] if ends_only else net.lines()
-    places = np.vstack([places[nondominated(reached)], *lines])
-    values = robust(space.lower + places * (space.upper - space.lower))
+    xs = np.vstack([xs[nondominated(reached)], *lines])
+    values = robust(space.lower + xs * (space.upper - space.lower))
     stages.done("lines between neighbours")
     return pareto_front(values)
 
@@ -575,13 +576,13 @@ def _first_draws(sample: ToleranceSampler, n: int) -> ToleranceSampler:
     return replace(sample, values=sample.values[:n])
 
 
-def _scale(problem: _Problem, places: RealArray) -> tuple[RealArray, RealArray]:
+def _scale(problem: _Problem, xs: RealArray) -> tuple[RealArray, RealArray]:
     """Return standard deviations over designs, and the worst objectives, scaled.
 
     - returns: of objectives and excess, (2 + c,), and of the objectives, (2,).
     """
     space = problem.robust.space
-    designs = space.lower + places * (space.upper - space.lower)
+    designs = space.lower + xs * (space.upper - space.lower)
     values = problem.robust(designs)
     computed = values.objectives[~values.failed]
     excess = np.empty((len(designs), 0))
@@ -596,19 +597,19 @@ def _scale(problem: _Problem, places: RealArray) -> tuple[RealArray, RealArray]:
 
 
 def _branches(
-    few: _Landscape, place: Callable[[], RealArray], guides: Sequence[RealArray], targets: int
+    few: _Landscape, draw: Callable[[], RealArray], guides: Sequence[RealArray], targets: int
 ) -> tuple[list[list[_Point]], dict[float, list[_Point]]]:
     """Return both ends and the optima at each target, all with few draws, the best first."""
     ends = []
     for row, count in enumerate(END_STARTS):
-        starts = [place() for _ in range(count)] + _at_share(guides, float(row))
+        starts = [draw() for _ in range(count)] + _at_share(guides, float(row))
         points = [few.descend(start, row, goal=1e-4, steps=30) for start in starts]
         ends.append(sorted(points, key=partial(_value_of, row=row)))
     line = _Line(ends[0][0].value, ends[1][0].value)
     branches = {}
     for share in (np.arange(targets) + 0.5) / max(targets, 1):
         target = line.target(share)
-        starts = [place() for _ in range(STARTS)] + _at_share(guides, float(share))
+        starts = [draw() for _ in range(STARTS)] + _at_share(guides, float(share))
         points = [few.reach(start, target, line.box, goal=ROUGH, steps=20) for start in starts]
         points.sort(key=lambda point: line.excess(point, share))
         lowest = line.excess(points[0], share)
@@ -632,24 +633,24 @@ def _ends(
         starts += _distinct(nearest[row], 2, APART)
         starts += _at_share(guides, float(row))
         value_of = partial(_value_of, row=row)
-        points = [landscape.descend(place, row, goal=1e-4, steps=25) for place in starts]
+        points = [landscape.descend(x, row, goal=1e-4, steps=25) for x in starts]
         first = min(points, key=value_of)
-        for place in _mirrored(first.place):
-            if abs(value_of(landscape.point(place)) - value_of(first)) > NO_INFLUENCE:
-                points.append(landscape.descend(place, row, goal=1e-4, steps=25))
+        for x in _mirrored(first.x):
+            if abs(value_of(landscape.point(x)) - value_of(first)) > NO_INFLUENCE:
+                points.append(landscape.descend(x, row, goal=1e-4, steps=25))
         first = min(points, key=value_of)
-        best.append(landscape.descend(first.place, row, goal=1e-10, steps=60))
+        best.append(landscape.descend(first.x, row, goal=1e-10, steps=60))
     return best
 
 
-def _mirrored(place: RealArray) -> RealArray:
+def _mirrored(x: RealArray) -> RealArray:
     """Return a scaled design (k,) with each of its variables at the bound that is farther, (k, k).
 
     Basins of an end lie at other bounds of one or two variables, and which is the deepest depends
     on the draws.
     """
-    farther = np.where(place < 0.5, 1.0, 0.0)
-    return np.where(np.eye(place.size, dtype=bool), farther, place)
+    farther = np.where(x < 0.5, 1.0, 0.0)
+    return np.where(np.eye(x.size, dtype=bool), farther, x)
 
 
 def _valleys(points: Sequence[_Point], row: int) -> list[_Point]:
@@ -691,7 +692,7 @@ class _Net:
         for start in starts:
             if share in self.points and _distance(start, self.points[share]) < APART:
                 continue
-            point = self.landscape.reach(start.place, target, box, goal=FINE, steps=40)
+            point = self.landscape.reach(start.x, target, box, goal=FINE, steps=40)
             if excess(point) < self.reached.get(share, np.inf) - 1e-9:
                 self.points[share], self.reached[share] = point, excess(point)
         return excess(starts[0]) - self.reached[share]
@@ -735,7 +736,7 @@ class _Net:
         nearest = self.landscape.evaluated(lowest)
         if not self._on_one_branch(left, right):
             return [first, second, nearest]
-        between = self.landscape.point(0.5 * (first.place + second.place))
+        between = self.landscape.point(0.5 * (first.x + second.x))
         is_lower = excess[lowest] < self.line.excess(between, middle)
         return [between, nearest] if is_lower else [between]
 
@@ -750,22 +751,22 @@ class _Net:
         counts = np.ceil(LINES * lengths / max(lengths.sum(), 1e-300)).astype(int)
         between = []
         for (left, right), count in zip(pairs, counts, strict=True):
-            first, second = self.points[left].place, self.points[right].place
+            first, second = self.points[left].x, self.points[right].x
             parts = (np.arange(count) + 1.0) / (count + 1.0)
             between.append(first + parts[:, np.newaxis] * (second - first))
         return between
 
 
 def _distance(first: _Point, second: _Point) -> float:
-    return float(np.linalg.norm(first.place - second.place))
+    return float(np.linalg.norm(first.x - second.x))
 
 
 def _distinct(points: Sequence[_Point], n: int, apart: float) -> list[RealArray]:
-    """Return the places of the first n points that lie apart from each other."""
-    places: list[RealArray] = []
+    """Return the scaled designs of the first n points that lie apart from each other."""
+    xs: list[RealArray] = []
     for point in points:
-        if all(np.linalg.norm(point.place - place) > apart for place in places):
-            places.append(point.place)
-        if len(places) == n:
+        if all(np.linalg.norm(point.x - x) > apart for x in xs):
+            xs.append(point.x)
+        if len(xs) == n:
             break
-    return places
+    return xs

@@ -429,6 +429,13 @@ def test_a_name_that_moves_node_and_direction_is_refused(tmp_path, record, told)
         read_uff(path)
 
 
+def test_a_header_longer_than_headers_are_is_read_as_before(tmp_path):
+    write_uff(tmp_path / "a.uff", [spectrum()])
+    edit(tmp_path / "a.uff", b"bench 1", b"b" * 9000)
+    (read,) = read_uff(tmp_path / "a.uff")
+    assert (read.id_lines[1], read.response_node) == ("b" * 80, 11)
+
+
 @pytest.mark.parametrize("code", ["cp1252", "utf-8"])
 @pytest.mark.parametrize("binary", [False, True])
 def test_texts_of_windows_are_read(tmp_path, code, binary):

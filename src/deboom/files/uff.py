@@ -719,11 +719,12 @@ class _Sets(pyuff.UFF):
         return int(last) + 1 - int(start)
 
     def header(self, index: int) -> list[bytes]:
-        """Return the lines of a set's header, and some below it in a short set."""
+        """Return the lines of a set's header, empty where it is longer than headers are."""
         start, last = self._block_ind[index]
         with Path(self._filename).open("rb") as file:
             file.seek(start)
-            return file.read(min(_LONGEST_HEADER, last + 1 - start)).splitlines()[:_HEADER_LINES]
+            lines = file.read(min(_LONGEST_HEADER, last + 1 - start)).splitlines()
+        return [*lines, *[b""] * _HEADER_LINES][:_HEADER_LINES]
 
     def read_binary(self, index: int) -> Any:
         """Read the header of a binary set by pyuff, and its numbers without one object for each."""

@@ -81,6 +81,7 @@ def sample(
     drawn=False,
     storage=1.0,
     loss=1.0,
+    each_mount=(1.0, 1.0, 1.0),
     softening=False,
     receiver=False,
     hoses=(),
@@ -89,8 +90,8 @@ def sample(
     """Test, and the compressor behind it as it runs; `errors` times the tolerances.
 
     `noise` times a laboratory's; `drawn`: the test brings a drawing of the mounts; `storage`,
-    `loss`: of the running mounts over those struck; `hoses` are joined where it is said they are
-    not.
+    `loss`: of the running mounts over those struck; `each_mount`: of each besides; `hoses` are
+    joined where it is said they are not.
     """
     rng = np.random.default_rng(seed)
     struck = true_compressor(CompressorPlan(flexible_receiver=receiver), rng)
@@ -122,7 +123,11 @@ def sample(
     factors = np.array([[storage, 1 / storage, 1 / storage], [loss, 1 / loss, 1 / loss]]).ravel()
     law = true_compressor(CompressorPlan(softening=True), np.random.default_rng(1)).softening
     body = replace(
-        struck, gain=struck.gain * factors, hoses=hoses, softening=law if softening else None
+        struck,
+        stiffness=np.array(each_mount)[:, np.newaxis] * struck.stiffness,
+        gain=struck.gain * factors,
+        hoses=hoses,
+        softening=law if softening else None,
     )
     sweeps = []
     for pressure, factor in GAS_FACTOR.items():

@@ -247,6 +247,16 @@ def test_hoses_outside_the_class_raise_the_alarm(measured_test):
     assert any("not straight uniform beams" in alarm for alarm in result.alarms)
 
 
+def test_mounts_that_changed_one_by_one_do_not_pass_for_hoses(measured_test):
+    test, identification, _ = measured_test()
+    plan = OperationPlan(each_mount=(1.2, 0.85, 1.05))
+    operated = operation(1, CalibrationLevel.C2, plan)
+    soft, _ = test.with_hoses(HoseState.SOFT)
+    again = run_again(soft, operated, 79)
+    seen = hoses_in_sweep(again, test.hoses, identification, rotor_inertia=test.rotor_inertia)
+    assert not seen.unexplained
+
+
 def test_hoses_that_were_overlooked_are_seen(measured_test):
     test, identification, _ = measured_test()
     for sweep in test.sweeps:

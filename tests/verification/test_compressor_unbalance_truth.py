@@ -296,6 +296,57 @@ def test_what_cannot_be_used_is_refused():
         unbalance(test, replace(identified(), test=strange))
 
 
+APART = (1.18, 0.88, 1.05)
+"""Stiffness of each mount in operation over that under the hammer."""
+
+
+@cache
+def changed_one_by_one():
+    test, _ = sample(1, each_mount=APART, lines=LINES, drawn=True)
+    return unbalance(test, replace(identified(), test=test.hammer))
+
+
+def test_mounts_that_changed_one_by_one_are_named_and_leave_the_unbalance_alone():
+    """Route b, whose sensors are where the sheet has them, would put the change on their errors."""
+    source = changed_one_by_one()
+    for result in source.routes:
+        assert isinstance(result.fit.change, routes.MountsApart)
+        for estimate, true in ((result.sources.static, STATIC), (result.sources.dynamic, DYNAMIC)):
+            assert abs(abs(estimate.value) - abs(true)) < 2.5 * estimate.deviation
+    for change, factor in zip(source.state.single.values(), APART, strict=True):
+        assert change == pytest.approx(factor - 1, abs=0.03)
+    assert source.alarms == (source.state.statement,)
+    assert "have changed apart from each other: M1 +1" in source.state.statement
+    assert not any(presence.visible for presence in source.hoses)
+    static = source.by_letter("e").sweeps[0]
+    assert errors(static, 20, 50)[0] < SLACK * 0.03
+
+
+def test_without_a_drawing_no_mount_is_named():
+    test, _ = sample(1, each_mount=APART, lines=LINES)
+    options = UnbalanceOptions(routes=(routes.CALIBRATED_MEASUREMENT,))
+    state = unbalance(test, identified(), options).state
+    assert state.changed
+    assert state.single == {}
+    assert "a drawing of the mounts would tell which of them" in state.statement
+
+
+def test_a_change_apart_is_what_single_mounts_do_to_the_whole():
+    """Of the changed body: each direction by itself, in the axes of any mounts matrix."""
+    rng = np.random.default_rng(2)
+    roots = rng.standard_normal((3, 6, 6))
+    parts = roots @ np.swapaxes(roots, 1, 2)
+    ratio = np.array([1.0, 0.3 + 0.2j])
+    mounts = ratio[:, np.newaxis, np.newaxis] * parts.sum(axis=0)
+    law = routes.MountsApart(routes.ONE_FACTOR)
+    scale = np.trace(parts.sum(axis=0))
+    shares = [law.coordinates(law.share(part / scale, mounts)) for part in parts]
+    values = np.zeros(law.deviations.size)
+    values[2:] = np.stack([0.2 * shares[1], np.zeros(21)], axis=1).ravel()
+    changed = np.tensordot(values, law.matrices(np.ones(2), mounts, np.ones((2, 6))), axes=1)
+    np.testing.assert_allclose(changed, 0.2 * ratio[:, None, None] * parts[1], atol=1e-9)
+
+
 BY_STROKE = UnbalanceOptions(routes=(routes.CALIBRATED_MEASUREMENT, routes.UPDATED))
 
 

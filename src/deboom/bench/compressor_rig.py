@@ -433,7 +433,7 @@ PULSE_SHARE, EDGE_SAMPLES = 0.5, 1.0
 """Share of a revolution that the tacho's pulse takes [1], and width of its edges in samples [1]."""
 
 
-@checked(mount_storage=">0 <inf", mount_loss=">0 <inf")
+@checked(mount_storage=">0 <inf", mount_loss=">0 <inf", each_mount="m >0 <inf")
 class OperationPlan:
     """The compressor, what is done to it and what is recorded.
 
@@ -447,6 +447,8 @@ class OperationPlan:
     - `truth_seed`: 1 is the frozen source; every other seed draws sizes and phases of unbalance and
       gas forces, and the sense.
     - `time_record`: whether a short run-up is recorded over time with tacho as well.
+    - `each_mount` (n_mount,): in operation, a factor on both parts of each mount's stiffness
+      besides; empty: there is none [1].
     - raises InputError: a factor that is not positive, another sense.
     """
 
@@ -459,6 +461,7 @@ class OperationPlan:
     sense: int = 1
     time_record: bool = False
     truth_seed: int = 1
+    each_mount: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         if self.sense not in (1, -1):
@@ -716,7 +719,11 @@ def operation(
     factors = np.array([plan.mount_storage, plan.mount_loss])[:, None]
     factors = np.hstack([factors, 1 / factors, 1 / factors])
     gain = (rig.compressor.gain.reshape(2, 3) * factors).ravel()
-    changed = replace(rig, compressor=replace(rig.compressor, gain=gain))
+    compressor = replace(rig.compressor, gain=gain)
+    if plan.each_mount:
+        apart = np.array(plan.each_mount)[:, np.newaxis]
+        compressor = replace(compressor, stiffness=apart * compressor.stiffness)
+    changed = replace(rig, compressor=compressor)
     return Operation(changed, true_source(plan.sense, plan.truth_seed))
 
 

@@ -21,7 +21,7 @@ from deboom.compressor.hoses import (
 )
 from deboom.compressor.identification import HOSE_ALARM, HosePresence, Identification
 from deboom.compressor.model import applied
-from deboom.compressor.routes import FactorOverFrequency
+from deboom.compressor.routes import MountsApart
 from deboom.compressor.unbalance_load import RotationSense, gas_columns, rotor_columns
 from deboom.compressor.virtual_point_fit import thinned
 from deboom.measurement.channels import Frf
@@ -164,9 +164,9 @@ def hoses_in_sweep(
     in `SOUGHT_IN`. InputError: other sensors, or a misfit above `HOSE_ALARM` and no drawing.
 
     ``AM a = S x + δ (v K/ω²) a + s (K_h/ω²) a``: rotor and gas have five numbers over the whole
-    run-up, the mounts a smooth change δ, and only hoses resonate in between. Least squares in x, δ,
-    the share s of the hoses and s times their deviations from the drawing, linear in all of them
-    and repeated where these end.
+    run-up, the mounts a smooth change δ and one in each direction by itself, and only hoses
+    resonate in between. Least squares in x, δ, the share s of the hoses and s times their
+    deviations from the drawing, linear in all of them and repeated where these end.
     """
     motion, covariance = motion_at_virtual_point(sweep, identification)
     kept = _sought(sweep.frequency)
@@ -183,8 +183,9 @@ def hoses_in_sweep(
     whiten = np.linalg.inv(np.linalg.cholesky(noise))
     gas = np.broadcast_to(gas_columns(sense), (lines.size, 6, 3))
     source = np.moveaxis(np.concatenate([rotor_columns(lines, sense), gas], axis=2), -1, 0)
-    change = FactorOverFrequency()
-    by_mounts = change.basis(lines)[..., np.newaxis] * applied(mounts, motion)
+    # mounts that changed one by one must not pass for hoses
+    change = MountsApart()
+    by_mounts = applied(change.matrices(lines, mounts, motion), motion)
     free = np.concatenate([source, 1j * source, by_mounts])
 
     def white(loads: ComplexArray) -> ComplexArray:

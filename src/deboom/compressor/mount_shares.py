@@ -14,6 +14,7 @@ from deboom.arrays import ComplexArray, RealArray, checked, derivatives
 from deboom.compressor.identification import Identification
 from deboom.compressor.model import HyperbolicAmplitude, MountsOverStroke, mount_strokes
 from deboom.compressor.parameters import N_MASS, N_STIFFNESS, MinimalParameters
+from deboom.compressor.routes import STATED_AT, MountsApart
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.rigid_body import forward_matrices, mount_stiffness_matrix, rotation_matrix
@@ -378,6 +379,37 @@ def softening_mounts(identification: Identification) -> SofteningMounts | None:
     whole = np.linalg.cholesky(identification.calibrated.model.stiffness)
     fitting = whole @ np.linalg.inv(np.linalg.cholesky(parts.sum(axis=0)))
     return SofteningMounts(positions, fitting @ parts @ fitting.T)
+
+
+def changes_of_single_mounts(
+    parts: SofteningMounts,
+    mounts: ComplexArray,
+    law: MountsApart,
+    values: RealArray,
+    covariance: RealArray,
+    gain: complex,
+) -> RealArray:
+    """Split a change of the whole stiffness among single mounts.
+
+    `parts`: what each mount adds to K_VP; `mounts` (n_frequency, 6, 6): what `law` scales [kg, kg
+    m, kg m²]; `values` (n_unknown,), `covariance` (n_unknown, n_unknown): fit of `law` [1]; `gain`:
+    of the mounts at `STATED_AT` [1]. Returns the relative change of the real part of each mount's
+    dynamic stiffness at `STATED_AT`, (n_mount,) [1].
+
+    Weighted least squares of ``δ + E = Σ δ_i E_i``, E_i the share of a mount, which the drawing
+    says only roughly.
+    """
+    whole = float(np.trace(parts.stiffness.sum(axis=0)))
+    shares = [law.coordinates(law.share(part / whole, mounts)) for part in parts.stiffness]
+    slopes = law.coordinates(law.change_at(STATED_AT))
+    both = np.concatenate([slopes.real, slopes.imag], axis=1)
+    columns = np.kron(np.eye(2), np.array(shares).real)
+    wanted, noise = values @ both, both.T @ covariance @ both
+    weight = np.linalg.pinv(noise, hermitian=True)
+    changes = np.linalg.solve(columns @ weight @ columns.T, columns @ weight @ wanted)
+    storage, loss = changes.reshape(2, -1)
+    # of the product of gain and change the real part, over that of the gain
+    return np.asarray(storage - gain.imag / gain.real * loss)
 
 
 def _powers(stroke: npt.ArrayLike) -> RealArray:

@@ -9,7 +9,7 @@ from typing import Any, Protocol, TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.compressor.calibrate import Placement, SelfCalibration
 from deboom.compressor.identification import Identification
 from deboom.compressor.model import applied
@@ -22,8 +22,12 @@ from deboom.measurement.virtual_point import VirtualPoint, motion_at_point
 ROUNDING = 1e-13
 """Relative to the largest, of eigenvalues of a covariance [1]."""
 
-COMMON, AT_KNOT = 0.3, 0.1
-"""1 σ of both parts of a change of the mounts, and of what each knot adds to it [1]."""
+COMMON, AT_KNOT, APART = 0.3, 0.1, 0.2
+"""1 σ of both parts of a change of the mounts, of what each knot adds to it, and of what each
+direction adds to it by itself [1]."""
+
+STATED_AT = 30.0
+"""Line at which a change of the mounts is put in words: within the rigid-body modes [Hz]."""
 
 _Array = TypeVar("_Array", bound=np.ndarray[Any, Any])
 
@@ -79,6 +83,77 @@ class FactorOverFrequency:
 
 
 ONE_FACTOR = FactorOverFrequency(())
+
+
+@dataclass(frozen=True)
+class MountsApart:
+    """Mounts that changed apart from each other at all speeds alike, besides a common factor.
+
+    ``K → K½ (1 + E) K½`` with a symmetric complex E, so that each direction of the body may become
+    stiffer or softer by itself: what any single mount, axis or place of a mount does to the whole,
+    without a drawing that says what is where. 21 numbers with two parts each.
+    """
+
+    common: FactorOverFrequency = FactorOverFrequency()
+
+    def matrices(
+        self, frequency: RealArray, mounts: ComplexArray, motion: ComplexArray
+    ) -> ComplexArray:
+        """Scale the mounts by the common unknowns, then by each entry of E."""
+        left, right, ratio = _split(mounts)
+        each = left @ _SYMMETRIC @ right
+        real = ratio[:, np.newaxis, np.newaxis] * each[:, np.newaxis]
+        apart = np.stack([real, 1j * real], axis=1).reshape(-1, *mounts.shape)
+        return np.concatenate([self.common.matrices(frequency, mounts, motion), apart])
+
+    @property
+    def deviations(self) -> RealArray:
+        """1 σ of the common unknowns, then of both parts of each entry of E [1]."""
+        return np.append(self.common.deviations, np.full(2 * len(_SYMMETRIC), APART))
+
+    def change_at(self, line: float) -> ComplexArray:
+        """Differentiate ``δ + E`` at a line [Hz] by each unknown, shape (n_unknown, 6, 6) [1]."""
+        common = self.common.basis(np.array([line])) * np.eye(6)[:, np.newaxis].reshape(1, 36)
+        apart = np.stack([_SYMMETRIC, 1j * _SYMMETRIC], axis=1)
+        return np.concatenate([common.reshape(-1, 6, 6), apart.reshape(-1, 6, 6)])
+
+    @staticmethod
+    def coordinates(changes: RealOrComplexArray) -> RealOrComplexArray:
+        """Return the 21 numbers of the symmetric part of changes, (..., 6, 6) to (..., 21) [1]."""
+        return np.asarray(np.tensordot(changes, _SYMMETRIC, axes=([-2, -1], [1, 2])))
+
+    @staticmethod
+    def share(part: RealArray, mounts: ComplexArray) -> RealArray:
+        """Return the change ``δ + E`` by which one part of the stiffness is gone, (6, 6) [1].
+
+        `part` (6, 6): what a mount adds to K_VP, over its trace; `mounts`: as in `matrices`.
+        """
+        left, right, _ = _split(mounts)
+        return np.asarray(np.linalg.solve(left, part) @ np.linalg.inv(right))
+
+
+def _symmetric_basis() -> RealArray:
+    """Symmetric matrices of one entry and its mirror, their norm 1, shape (21, 6, 6)."""
+    basis = np.zeros((21, 6, 6))
+    for number, (row, column) in enumerate(zip(*np.triu_indices(6), strict=True)):
+        basis[number, row, column] = basis[number, column, row] = 1.0 if row == column else 0.5**0.5
+    return basis
+
+
+_SYMMETRIC = _symmetric_basis()
+
+
+def _split(mounts: ComplexArray) -> tuple[RealArray, RealArray, ComplexArray]:
+    """Split the mounts' part at all lines into ``ratio · left @ right``, ``left ≈ rightᵀ``.
+
+    All entries of ``v K/ω²`` share one phase; axes of sensors and impacts that are not calibrated
+    leave it nearly symmetric.
+    """
+    trace = np.trace(mounts, axis1=1, axis2=2)
+    at_rest = (mounts[0] / trace[0]).real
+    first, singular, last = np.linalg.svd(at_rest)
+    root = np.sqrt(singular)
+    return np.asarray(first * root), np.asarray(root[:, np.newaxis] * last), np.asarray(trace)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
@@ -14,6 +14,7 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.model import GainFactor, applied
 from deboom.compressor.routes import (
     ONE_FACTOR,
+    STATED_AT,
     FactorOverFrequency,
     OperatingLoad,
     RouteModel,
@@ -45,8 +46,6 @@ BEYOND_DOUBT = 100.0
 """The same, from which its size says nothing more."""
 MOUNTS_OFF = 0.3
 """Change of the mounts' stiffness that the judgement of the sense bears [1]."""
-STATED_AT = 30.0
-"""Line at which a change of the mounts is put in words: within the rigid-body modes [Hz]."""
 SIGNIFICANCE = 1e-4
 SMALLEST_CHANGE = 0.01
 """Of the dynamic stiffness: below it nothing is reported [1]."""
@@ -545,7 +544,8 @@ class MountState:
     `storage`, `loss`: relative change of real and imaginary part of the dynamic stiffness at
     `STATED_AT` [1]; `changed`: significant, and of a size that matters; `frequency` (n_frequency,):
     lines of the sweeps [Hz]; `curve` (n_frequency,): complex change over frequency, as far as knots
-    resolve it [1]; `curve_deviation` (n_frequency,): 1 σ of its amplitude [1].
+    resolve it [1]; `curve_deviation` (n_frequency,): 1 σ of its amplitude [1]; `single`: name of
+    each mount → change of its real part, where they changed apart from each other [1].
     """
 
     storage: float
@@ -555,6 +555,7 @@ class MountState:
     frequency: RealArray
     curve: ComplexArray
     curve_deviation: RealArray
+    single: Mapping[str, float] = field(default_factory=dict)
 
     def significant(self, frequency: RealArray) -> ComplexArray:
         """Interpolate the change at lines [Hz]; 0 where none is significant, (n_frequency,) [1]."""

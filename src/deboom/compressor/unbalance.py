@@ -15,15 +15,22 @@ from deboom.compressor.hose_presence import hoses_in_sweep
 from deboom.compressor.identification import ALARM, HosePresence, Identification
 from deboom.compressor.identify import calibration_of
 from deboom.compressor.model import CompressorModel, ModalTable
-from deboom.compressor.mount_shares import HyperbolicMounts, SofteningMounts, softening_mounts
+from deboom.compressor.mount_shares import (
+    HyperbolicMounts,
+    SofteningMounts,
+    changes_of_single_mounts,
+    softening_mounts,
+)
 from deboom.compressor.routes import (
     CALIBRATED_MEASUREMENT,
     CALIBRATED_MODEL,
     MEASURED,
     ONE_FACTOR,
     POINT_MODEL,
+    STATED_AT,
     UPDATED,
     FactorOverFrequency,
+    MountsApart,
     OperatingLoad,
     OperatingMotion,
     Route,
@@ -274,7 +281,9 @@ def unbalance(
 
     A route with update whose common factor leaves more than noise below 60 Hz tries mounts that
     soften with their own stroke (`SofteningMounts`, or `HyperbolicMounts`, thesis, eq. 54 and 55;
-    needs a drawing of the mounts) and keeps them where Schwarz's criterion prefers them.
+    needs a drawing of the mounts) and keeps them where Schwarz's criterion prefers them. So does
+    the chosen route mounts that changed apart from each other (`MountsApart`), and all routes then
+    take them.
 
     Examples
     --------
@@ -308,20 +317,29 @@ def unbalance(
     sense = sense_of_rotation(
         chosen, [operating_load(chosen, sweep) for sweep in used], options.expected_sense
     )
-    results, state_law = [], FactorOverFrequency()
-    for route in dict.fromkeys((*options.routes, options.chosen)):
+    results, state_law, are_apart = [], FactorOverFrequency(), False
+    for route in dict.fromkeys((options.chosen, *options.routes)):
         say(f"route {route.letter}: {route.title}")
         model = route.model(identification, calibration, frequency)
         model = model.with_rotor(test.rotor_inertia, sense.sense)
         loads = [operating_load(model, sweep) for sweep in used]
         solve = partial(fit_source, model, loads, sense.sense, band=options.band)
         factor = solve(route.update or state_law)
-        fit = factor
+        fit, words = factor, ""
         if route.update is not None and factor.mismatch > 0:
             say(f"route {route.letter}: mounts that soften with their own stroke")
             laws = _softening_laws(identification, options.softening)
             fit, words = _softened(route, factor, loads, laws, solve)
-            notices += [words] if words else []
+        if are_apart or (route == options.chosen and factor.mismatch > 0):
+            say(f"route {route.letter}: mounts that changed apart from each other")
+            apart = solve(MountsApart())
+            explains = apart.converged and apart.reduced_chi <= ALARM
+            better = explains and apart.schwarz < fit.schwarz
+            # errors of another route may feign what the chosen one shows of the mounts
+            if better or (are_apart and fit is factor):
+                fit, words = apart, ""
+            are_apart |= better and route == options.chosen
+        notices += [words] if words else []
         by_line = tuple(
             _line_by_line(model, load, sweep, fit, white, route, options)
             for load, sweep, white in zip(loads, used, fit.whitened, strict=True)
@@ -334,7 +352,11 @@ def unbalance(
     state = mount_state(
         common, resolved, state_law, identification.calibrated.model.gain, frequency
     )
-    result = next(result for result in results if result.route == options.chosen)
+    result = results[0]
+    if are_apart:
+        state = _apart_state(state, identification, chosen.mounts, result.fit)
+    if options.chosen in options.routes:
+        results.sort(key=lambda each: options.routes.index(each.route))
     hoses = _hoses(test, used, identification, sense)
     return Unbalance(
         test,
@@ -390,6 +412,46 @@ def _alarms(
 
 SOFTENING_SCALES = (10e-6, 20e-6, 40e-6, 80e-6, 160e-6)
 """Strokes among which that of a hyperbola is looked for [m]."""
+
+
+SEEN_APART = 0.02
+"""Change of a mount from which a report speaks of mounts that changed one by one [1]: in a car the
+motion of the body, which is taken off, leaves a tenth of it."""
+
+
+def _apart_state(
+    state: MountState, identification: Identification, mounts: ComplexArray, fit: SourceFit
+) -> MountState:
+    """Say which mounts have changed; `mounts`: their part in the fit's apparent mass."""
+    law, where = fit.change, fit.change_slice
+    assert isinstance(law, MountsApart)
+    values, covariance = fit.line_values[where], fit.line_covariance[where, where]
+    drawn, parts = identification.test.drawing, softening_mounts(identification)
+    single: dict[str, float] = {}
+    if drawn is None or parts is None:
+        change = np.tensordot(values, law.change_at(STATED_AT), axes=1).real
+        along = np.linalg.eigvalsh((change + change.T) / 2)
+        size = float(np.sqrt(np.mean(along**2)))
+        words = (
+            f"by {along[0]:+.0%} to {along[-1]:+.0%} along the directions of the body; a drawing "
+            "of the mounts would tell which of them"
+        )
+    else:
+        gain = complex(identification.calibrated.model.gain.at(np.array([STATED_AT]))[0])
+        changes = changes_of_single_mounts(parts, mounts, law, values, covariance, gain)
+        single = {
+            mount.name: float(change) for mount, change in zip(drawn.mounts, changes, strict=True)
+        }
+        size = float(np.abs(changes).max())
+        words = ", ".join(f"{name} {change:+.0%}" for name, change in single.items())
+    if size < SEEN_APART:
+        return state
+    statement = (
+        "The mounts in operation are not those that were struck, and have changed apart from each "
+        f"other: {words} (real part at {STATED_AT:g} Hz). The numbers of all speeds together allow "
+        "for it; below 50 Hz only a route that updates the mounts can be trusted line by line."
+    )
+    return replace(state, changed=True, statement=statement, single=single)
 
 
 def _softening_laws(

@@ -323,8 +323,8 @@ def _apart(seed: int) -> tuple[dict[str, list[bool]], list[float], bool]:
     each = np.random.default_rng([seed, 1]).uniform(*ONE_BY_ONE, N_MOUNT)
     result, held = _measured(seed, OperationPlan(each_mount=tuple(each), truth_seed=seed))
     changes = result.state.single.values()
-    errors = [100 * (change + 1 - true) for (change, _), true in zip(changes, each, strict=False)]
-    return held, errors, any("hose" in alarm for alarm in result.alarms)
+    errors = [100 * (change + 1 - true) for change, true in zip(changes, each, strict=False)]
+    return held, errors, bool(result.hose_alarms)
 
 
 def _measured(seed: int, plan: OperationPlan) -> tuple[Unbalance, dict[str, list[bool]]]:
@@ -350,7 +350,7 @@ def _cover(held: Sequence[dict[str, list[bool]]]) -> Claim:
     shares = [100 * float(np.mean([inside[letter] for inside in held])) for letter in held[0]]
     return between(
         f"cover of 95 % intervals of u and u_d over {len(held)} drawn unbalances, gas forces and "
-        f"changes of all mounts alike, routes {', '.join(held[0])} [%]",
+        f"changes of the mounts, routes {', '.join(held[0])} [%]",
         (90, 99),
         shares,
         0,

@@ -313,9 +313,8 @@ def test_mounts_that_changed_one_by_one_are_named_and_leave_the_unbalance_alone(
         assert isinstance(result.fit.change, routes.MountsApart)
         for estimate, true in ((result.sources.static, STATIC), (result.sources.dynamic, DYNAMIC)):
             assert abs(abs(estimate.value) - abs(true)) < 2.5 * estimate.deviation
-    for (change, deviation), factor in zip(source.state.single.values(), APART, strict=True):
+    for change, factor in zip(source.state.single.values(), APART, strict=True):
         assert change == pytest.approx(factor - 1, abs=0.03)
-        assert deviation < 0.03
     assert source.alarms == (source.state.statement,)
     assert "have changed apart from each other: M1 +1" in source.state.statement
     assert not any(presence.visible for presence in source.hoses)

@@ -388,16 +388,16 @@ def changes_of_single_mounts(
     values: RealArray,
     covariance: RealArray,
     gain: complex,
-) -> tuple[RealArray, RealArray]:
+) -> RealArray:
     """Split a change of the whole stiffness among single mounts.
 
     `parts`: what each mount adds to K_VP; `mounts` (n_frequency, 6, 6): what `law` scales [kg, kg
     m, kg m²]; `values` (n_unknown,), `covariance` (n_unknown, n_unknown): fit of `law` [1]; `gain`:
     of the mounts at `STATED_AT` [1]. Returns the relative change of the real part of each mount's
-    dynamic stiffness at `STATED_AT`, and its 1 σ, (n_mount,) each [1].
+    dynamic stiffness at `STATED_AT`, (n_mount,) [1].
 
-    Weighted least squares of ``δ + E = Σ δ_i E_i``, E_i the share of a mount. What single factors
-    leave widens their deviations: the drawing says only roughly who carries what.
+    Weighted least squares of ``δ + E = Σ δ_i E_i``, E_i the share of a mount, which the drawing
+    says only roughly.
     """
     whole = float(np.trace(parts.stiffness.sum(axis=0)))
     shares = [law.coordinates(law.share(part / whole, mounts)) for part in parts.stiffness]
@@ -406,14 +406,10 @@ def changes_of_single_mounts(
     columns = np.kron(np.eye(2), np.array(shares).real)
     wanted, noise = values @ both, both.T @ covariance @ both
     weight = np.linalg.pinv(noise, hermitian=True)
-    of_changes = np.linalg.inv(columns @ weight @ columns.T)
-    changes = of_changes @ columns @ weight @ wanted
-    left = wanted - changes @ columns
-    chi = float(left @ weight @ left) / (wanted.size - changes.size)
+    changes = np.linalg.solve(columns @ weight @ columns.T, columns @ weight @ wanted)
+    storage, loss = changes.reshape(2, -1)
     # of the product of gain and change the real part, over that of the gain
-    real = np.kron([1.0, -gain.imag / gain.real], np.eye(len(shares)))
-    deviation = np.sqrt(np.diag(real @ of_changes @ real.T) * max(chi, 1.0))
-    return np.asarray(real @ changes), np.asarray(deviation)
+    return np.asarray(storage - gain.imag / gain.real * loss)
 
 
 def _powers(stroke: npt.ArrayLike) -> RealArray:

@@ -545,7 +545,7 @@ class MountState:
     `STATED_AT` [1]; `changed`: significant, and of a size that matters; `frequency` (n_frequency,):
     lines of the sweeps [Hz]; `curve` (n_frequency,): complex change over frequency, as far as knots
     resolve it [1]; `curve_deviation` (n_frequency,): 1 σ of its amplitude [1]; `single`: name of
-    each mount → change of its real part and 1 σ, where they changed apart from each other [1].
+    each mount → change of its real part, where they changed apart from each other [1].
     """
 
     storage: float
@@ -555,7 +555,7 @@ class MountState:
     frequency: RealArray
     curve: ComplexArray
     curve_deviation: RealArray
-    single: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    single: Mapping[str, float] = field(default_factory=dict)
 
     def significant(self, frequency: RealArray) -> ComplexArray:
         """Interpolate the change at lines [Hz]; 0 where none is significant, (n_frequency,) [1]."""

@@ -414,6 +414,11 @@ SOFTENING_SCALES = (10e-6, 20e-6, 40e-6, 80e-6, 160e-6)
 """Strokes among which that of a hyperbola is looked for [m]."""
 
 
+SEEN_APART = 0.02
+"""Change of a mount from which a report speaks of mounts that changed one by one [1]: in a car the
+motion of the body, which is taken off, leaves a tenth of it."""
+
+
 def _apart_state(
     state: MountState, identification: Identification, mounts: ComplexArray, fit: SourceFit
 ) -> MountState:
@@ -422,23 +427,25 @@ def _apart_state(
     assert isinstance(law, MountsApart)
     values, covariance = fit.line_values[where], fit.line_covariance[where, where]
     drawn, parts = identification.test.drawing, softening_mounts(identification)
-    single: dict[str, tuple[float, float]] = {}
+    single: dict[str, float] = {}
     if drawn is None or parts is None:
         change = np.tensordot(values, law.change_at(STATED_AT), axes=1).real
-        least, most = np.linalg.eigvalsh((change + change.T) / 2)[[0, -1]]
+        along = np.linalg.eigvalsh((change + change.T) / 2)
+        size = float(np.sqrt(np.mean(along**2)))
         words = (
-            f"by {least:+.0%} to {most:+.0%} along the directions of the body; a drawing of the "
-            "mounts would tell which of them"
+            f"by {along[0]:+.0%} to {along[-1]:+.0%} along the directions of the body; a drawing "
+            "of the mounts would tell which of them"
         )
     else:
         gain = complex(identification.calibrated.model.gain.at(np.array([STATED_AT]))[0])
         changes = changes_of_single_mounts(parts, mounts, law, values, covariance, gain)
-        for mount, change, deviation in zip(drawn.mounts, *changes, strict=True):
-            single[mount.name] = float(change), float(deviation)
-        words = ", ".join(
-            f"{name} {change:+.1%} ± {deviation:.1%}"
-            for name, (change, deviation) in single.items()
-        )
+        single = {
+            mount.name: float(change) for mount, change in zip(drawn.mounts, changes, strict=True)
+        }
+        size = float(np.abs(changes).max())
+        words = ", ".join(f"{name} {change:+.0%}" for name, change in single.items())
+    if size < SEEN_APART:
+        return state
     statement = (
         "The mounts in operation are not those that were struck, and have changed apart from each "
         f"other: {words} (real part at {STATED_AT:g} Hz). The numbers of all speeds together allow "

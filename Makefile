@@ -24,7 +24,7 @@ test: $(READY)
 
 # Files of tests that run commands, begin processes, draw, or characterise campaigns: not among the
 # quick ones
-LONGER := bench_writers cli foreign guides mounts_char mounts_cross mounts_lib operating plot public_api \
+LONGER := bench_writers cli foreign guides mistakes mounts_char mounts_cross mounts_lib operating plot public_api \
 	second_process sensor_classes wide_fleet workers
 test-quick: $(READY)
 	$(BIN)/python -m pytest -n auto --dist loadfile tests/unit $(LONGER:%=--ignore-glob='*test_*%*')

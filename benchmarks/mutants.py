@@ -41,7 +41,7 @@ from coverage import CoverageData
 from scipy.stats import binomtest
 from tqdm import tqdm
 
-from deboom.files.run_folder import hash_sources
+from deboom.files.run_folder import hash_files
 
 ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "src" / "deboom"
@@ -226,7 +226,8 @@ class Reach:
     def __init__(self) -> None:
         CACHE.mkdir(parents=True, exist_ok=True)
         note, kept = CACHE / "tests.json", CACHE / "coverage"
-        stamp = [hash_sources(SOURCES), hash_sources(ROOT / "tests")]
+        code = sorted(path for top in (SOURCES, ROOT / "tests") for path in top.rglob("*.py"))
+        stamp = hash_files(code, ROOT)
         record = json.loads(note.read_text()) if note.exists() else {}
         if record.get("stamp") != stamp:
             record = {"stamp": stamp, "times": _measured(kept)}

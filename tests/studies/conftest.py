@@ -30,7 +30,6 @@ PINNED_IN_WORDS = (
     "component_tpa",
     "measured_uncertainty",
     "mount_selection",
-    "second_engine",
     "solution_box",
     "tolerance_allocation",
 )

@@ -46,6 +46,7 @@ def arguments_on(platform):
         "checks": 64,
         "loss_factors": True,
         "load_case": ["high=2", "low=1"],
+        "with_": "none",
     }
 
 

@@ -50,7 +50,7 @@ def test_a_share_within_limits_is_reached_with_parts_that_have_something_in_comm
 
 def test_a_design_of_a_finished_run_keeps_the_runs_parts(tmp_path):
     search = {"generations": 3, "population": 12, "samples": 16, "polish": False, "checks": 64}
-    budget = {**search, "parts": PARTS, "motion": Motion.prescribed}
+    budget = {**search, "parts": PARTS, "motion": Motion.prescribed, "with_": "none"}
     run = run_study(load_study("front"), tmp_path, budget)
     model = STUDY.model({"from_run": run, "point": 2})
     np.testing.assert_array_equal(model.picked, read_run(run).front.designs[1])

@@ -287,11 +287,12 @@ def _selected(model: Model, options: Options, context: RunContext | None) -> _Se
     """Evaluate every set of parts if they are not too many, search, and verify."""
     catalogue, search = model.catalogue, options.search
     enumerated = catalogue.n_sets <= options.every_set_up_to
-    designs = search.population * search.generations + enumerated * catalogue.n_sets
+    evaluated = search.population * search.generations + enumerated * catalogue.n_sets
     # the front and today's design, verified by many draws
-    designs += search.population * len(VERIFICATION) * VERIFIED / model.robust.sample.n_samples
+    verified = search.population * len(VERIFICATION) * VERIFIED / model.robust.sample.n_samples
     today = model.robust.space.nominal[np.newaxis]
-    announce("mount selection", lambda: model.robust(today), designs / search.workers)
+    steps = (evaluated + verified) / search.workers
+    announce("mount selection", lambda: model.robust(today), steps)
     sets = every_set(model, options) if enumerated else None
     front = options.search.front(
         model.robust,

@@ -655,6 +655,9 @@ def test_decisions_on_a_front_by_hand():
     assert ends == [0, 6]
     # 0.75 and 0.84 of the ranges from the worst are shares of 0.47 and 0.53
     assert selection.nearest_to_weights(L_SHAPE, np.array([2.0, 2.0])) == 3
+    # of the columns that count, one design may have the worst of all
+    assert selection.nearest_to_weights(np.vstack([L_SHAPE, [4.0, 10.0]]), np.ones(2)) == 3
+    assert selection.nearest_to_weights(L_SHAPE[:1], np.ones(2)) == 0
     # desirabilities of the third: 0.8 and 0.8; of the fifth 0 in the first
     desired, unacceptable = np.array([0.0, 0.0]), np.array([2.0, 10.0])
     assert selection.most_desirable(L_SHAPE, desired, unacceptable) == 2

@@ -86,6 +86,8 @@ level, less for loud ones side by side.
 QUIETEST = "quietest parts as they are"
 BATCH = 100
 """Sets evaluated between two steps of the progress bar."""
+FRONT_OVER_POPULATION = 5
+"""Designs on the front, all of which are verified, for each of the population, about."""
 
 
 @dataclass(frozen=True)

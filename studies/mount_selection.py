@@ -36,7 +36,7 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.common import N_PER_MM
 from deboom.errors import InputError
-from deboom.explore.front import pareto_front
+from deboom.explore.front import VERIFICATION, pareto_front
 from deboom.explore.result import Front
 from deboom.explore.robust import Robust, RobustValues, joined
 from deboom.explore.scatter import sobol_sample
@@ -59,7 +59,7 @@ from deboom.pages.front_answer import (
 from deboom.pages.motion import motion_report, report_runs
 from deboom.pages.robust_front import aim_note
 from deboom.plot.style import signed
-from deboom.progress import progress_bar
+from deboom.progress import announce, progress_bar
 from deboom.report import Report, Step, Table
 from deboom.runs.catalogue import (
     Catalogue,
@@ -86,6 +86,8 @@ level, less for loud ones side by side.
 QUIETEST = "quietest parts as they are"
 BATCH = 100
 """Sets evaluated between two steps of the progress bar."""
+FRONT_OVER_POPULATION = 5
+"""Designs on the front, all of which are verified, for each of the population, about."""
 
 
 @dataclass(frozen=True)
@@ -285,8 +287,15 @@ class _Selection:
 
 def _selected(model: Model, options: Options, context: RunContext | None) -> _Selection:
     """Evaluate every set of parts if they are not too many, search, and verify."""
-    catalogue = model.catalogue
-    sets = every_set(model, options) if catalogue.n_sets <= options.every_set_up_to else None
+    catalogue, search = model.catalogue, options.search
+    enumerated = catalogue.n_sets <= options.every_set_up_to
+    evaluated = search.population * search.generations + enumerated * catalogue.n_sets
+    # the front and today's design, verified by many draws
+    verified = search.population * len(VERIFICATION) * VERIFIED / model.robust.sample.n_samples
+    today = model.robust.space.nominal[np.newaxis]
+    steps = (evaluated + verified) / search.workers
+    announce("mount selection", lambda: model.robust(today), steps)
+    sets = every_set(model, options) if enumerated else None
     front = options.search.front(
         model.robust,
         seed=options.seed,

@@ -45,7 +45,7 @@ from deboom.pages.front import drawn_rows, left_out, report_cells
 from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_name, motion_report, report_runs
 from deboom.plot.style import mount_colours
-from deboom.progress import progress_bar
+from deboom.progress import announce, progress_bar
 from deboom.report import Report, Step, Table
 from deboom.runs.made_parts import tolerance_cost
 from deboom.runs.options import Bounds, CostTable, FrontRun, Seed
@@ -64,6 +64,8 @@ SHOWN_PARTS = 4096
 """Parts of the box whose levels are drawn, and of each of its ends."""
 DRAWS, PARTS = 60, 2048
 """Measurements that are drawn again, and parts that each of them judges."""
+BOX_PARTS, BESIDE_PARTS = 1_800_000, 1.5
+"""Parts that the search for the default box evaluates, about, and time of all over theirs [1]."""
 LAW = "uniform in the box"
 """How parts lie between the ends of their intervals: what an acceptance test promises."""
 TILES = 2
@@ -142,6 +144,11 @@ def prepare(options: Options) -> Model:
 
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Find the Pareto point and the box about it, verify and report."""
+    parts = BOX_PARTS + DRAWS * PARTS
+    if options.front is None:
+        parts += POPULATION * GENERATIONS * SEARCH_DRAWS
+    batch = np.tile(model.space.nominal, (PARTS, 1))
+    announce("solution box", lambda: model.response(batch), BESIDE_PARTS * parts / PARTS)
     with progress_bar("Box") as bar:
         point = pareto_point(model, options, bar)
         study = box_study(model, point, question(model, options), options, bar)

@@ -19,7 +19,7 @@ from command_line import call, refused
 from deboom.choices import FolderKind
 from deboom.cli import COMMANDS, app
 from deboom.errors import DataWarning
-from deboom.progress import progress_bar
+from deboom.progress import announce, progress_bar
 from deboom.runs.options import bands_as_declared
 from deboom.runs.overview import command_of
 from deboom.runs.runner import study_command, study_files
@@ -203,6 +203,15 @@ def test_progress_counts_says_how_good_and_how_long(capsys):
         "search: 3 of 4, levels, 0 s left",
         "search: 4 of 4, page",
     ]
+
+
+def test_what_takes_long_says_so_before_it_begins(monkeypatch, capsys):
+    """Steps of 2 s by the second one, the first of which compiled for a minute."""
+    clock, steps = iter([0.0, 2.0]), []
+    monkeypatch.setattr("deboom.progress.time.perf_counter", lambda: next(clock))
+    announce("box", lambda: steps.append(1), 300)
+    assert capsys.readouterr().err == "box: takes about 10 min\n"
+    assert len(steps) == 2
 
 
 def test_a_search_tells_its_progress_in_a_log_a_notebook_or_a_callback(monkeypatch, capsys):

@@ -8,6 +8,7 @@ import pytest
 import deboom
 from deboom.errors import InputError
 from deboom.explore import selection
+from deboom.explore.descent import converged_front
 from deboom.explore.front import (
     Contestant,
     FrontVerdict,
@@ -16,6 +17,7 @@ from deboom.explore.front import (
     coverage,
     difference,
     front_difference,
+    home_advantage,
     hypervolume,
     last_gain,
     level_gap,
@@ -34,7 +36,7 @@ from deboom.explore.robust import Robust, RobustValues
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import Search, nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
-from samples.known_truth import exp1, quad2
+from samples.known_truth import WithSlopes, exp1, quad2
 
 
 def values(objectives, designs=None, failed=None):
@@ -655,6 +657,9 @@ def test_decisions_on_a_front_by_hand():
     assert ends == [0, 6]
     # 0.75 and 0.84 of the ranges from the worst are shares of 0.47 and 0.53
     assert selection.nearest_to_weights(L_SHAPE, np.array([2.0, 2.0])) == 3
+    # of the columns that count, one design may have the worst of all
+    assert selection.nearest_to_weights(np.vstack([L_SHAPE, [4.0, 10.0]]), np.ones(2)) == 3
+    assert selection.nearest_to_weights(L_SHAPE[:1], np.ones(2)) == 0
     # desirabilities of the third: 0.8 and 0.8; of the fifth 0 in the first
     desired, unacceptable = np.array([0.0, 0.0]), np.array([2.0, 10.0])
     assert selection.most_desirable(L_SHAPE, desired, unacceptable) == 2
@@ -683,3 +688,29 @@ def test_a_front_is_asked_for_a_design_by_columns_of_its_table():
     ):
         with pytest.raises(InputError, match=words):
             front.pick(**question)
+
+
+def test_a_front_is_better_at_home_where_descents_fitted_it_to_its_draws():
+    """Sixteen draws are few: each of two fronts is ahead under its own, where it was fitted."""
+    model = WithSlopes(quad2(4, seed=1))
+    space = stiffness_factor_space(model.variable_names)
+    robusts = [Robust(model, space, sobol_sample(4, 16, seed=seed)) for seed in (1, 2)]
+    fronts = [
+        JudgedFront(
+            values.objectives[np.newaxis],
+            values.designs,
+            converged=True,
+            found_with=robust.sample,
+        )
+        for robust in robusts
+        for values in [thinned(converged_front(robust, seed=1), 30)]
+    ]
+    first, second = ([front] for front in fronts)
+    advantage = home_advantage(first, second, robusts[0])
+    assert advantage == home_advantage(second, first, robusts[1]) > 0.01
+    assert home_advantage(first, first, robusts[0]) == 0.0
+    foreign = [replace(fronts[1], found_with=sobol_sample(5, 16, seed=2))]
+    unknown, single = ([replace(fronts[1], found_with=None)], [replace(fronts[1], converged=False)])
+    for other in (foreign, unknown, single, second * 3):
+        mine = first * 3 if other == second * 3 else first
+        assert home_advantage(mine, other, robusts[0]) == 0.0

@@ -837,7 +837,8 @@ def compare(
     -----
     Noise comes from the draws and from the searches: of three seeds or more (``searches=3``, or a
     list of fronts) their own spread; of a front that descents brought to convergence the little
-    that they leave; of any other single search the gain of its last generations, which seldom
+    that they leave, beyond which 0.5 % of the hypervolume was always found, and 0.2 % with three
+    seeds of each; of any other single search the gain of its last generations, which seldom
     decides. See `deboom.explore.front.difference`.
 
     Examples

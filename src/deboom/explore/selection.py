@@ -209,9 +209,12 @@ def nearest_to_weights(values: RealArray, weights: RealArray) -> int:
     """
     with _quiet():
         from pymoo.mcdm.pseudo_weights import PseudoWeights
-    if len(values) == 1:
-        return 0
-    return int(PseudoWeights(weights / weights.sum())(_scaled(values)))
+    scaled = _scaled(values)
+    rows = np.flatnonzero((scaled < 1.0).any(axis=1))  # the worst of all columns has no weights
+    if len(np.unique(scaled[rows], axis=0)) == 1:
+        return int(rows[0])
+    ends = {"ideal": np.zeros(weights.size), "nadir": np.ones(weights.size)}
+    return int(rows[PseudoWeights(weights / weights.sum(), **ends)(scaled[rows])])
 
 
 def most_desirable(values: RealArray, desired: RealArray, unacceptable: RealArray) -> int:

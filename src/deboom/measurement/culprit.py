@@ -599,6 +599,21 @@ def error_variance(
     )
 
 
+def expected_residual(
+    geometry: ChannelGeometry, channels: ComplexArray, tolerances: Tolerances
+) -> float:
+    """Return what tolerances let expect of the part that no rigid motion explains, rms [1].
+
+    - `channels` (n_line, n): what the n channels of a rigid body show.
+    """
+    inverse = np.linalg.pinv(geometry.forward)
+    motion = channels @ inverse.T
+    left_over = np.eye(len(inverse.T)) - geometry.forward @ inverse
+    variance = error_variance(geometry, np.vstack([motion.real, motion.imag]).T, tolerances)
+    total = float(np.sum(np.abs(channels) ** 2))
+    return math.sqrt(float(variance @ np.diag(left_over)) / max(total, np.finfo(float).tiny))
+
+
 @dataclass(frozen=True, eq=False)
 class _Hypothesis:
     """One explanation of a sensor's disagreement: the forward matrix with the fault as a fact."""

@@ -10,11 +10,15 @@ import pytest
 from deboom.arrays import ComplexArray
 from deboom.bench.campaign import CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.component import ComponentPlan
+from deboom.bench.component_writer import write_component_test
 from deboom.bench.families import draw_family
 from deboom.bench.fleet import receptance
 from deboom.errors import DataWarning, InputError
 from deboom.files.check import check_folder
+from deboom.files.component_test import read_component_test
 from deboom.files.platform import read_platform
+from deboom.measurement.component_findings import component_findings
 from deboom.physics.rigid_body import box_density
 from deboom.vehicles.platform import MountSource
 from deboom.vehicles.plausibility import platform_findings
@@ -316,6 +320,28 @@ def test_a_mistake_in_a_run_over_time_is_named(recorded, tmp_path, stated, wrong
     assert sentence in "\n".join((*faults, summary))
 
 
+@pytest.fixture(scope="module")
+def component(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("component") / "test"
+    return read_component_test(write_component_test(folder, plan=ComponentPlan(line_step=4.0)))
+
+
+def test_free_functions_that_are_the_coupled_ones_are_named(component):
+    assert component_findings(component, None) == ()
+    (sentence,) = component_findings(replace(component, free=component.accelerance), None)
+    assert sentence.startswith("the functions of the free source are those of the source on the")
+
+
+def test_a_channel_of_a_point_is_doubted_by_its_tolerances(component):
+    frf = component.accelerance
+    gains = np.where(np.array(frf.outputs) == "P2 S1 x", 2.0, 1.0)[:, np.newaxis]
+    wrong = replace(component, accelerance=replace(frf, values=gains * frf.values))
+    (sentence,) = component_findings(wrong, None)
+    assert sentence.startswith("point 2: its sensors contradict a rigid motion: with 'P2 S1 x'")
+    wide = replace(component.tolerances, sensor_gain=0.1, sensor_angle=0.1)
+    assert component_findings(replace(wrong, tolerances=wide), None) == ()
+
+
 def test_a_study_refuses_what_is_certain_and_warns_of_the_rest(platform):
     mirrored = moved(platform, lambda x: x * [1, -1, 1])
     with pytest.raises(InputError, match="left is right"):
@@ -354,7 +380,6 @@ def test_folders_with_mistakes_of_each_kind_are_told_where():
         ("compressor", "weighed with its bracket"),
         ("compressor", "a hidden old sheet before the right one"),
         ("component", "sensors of two points exchanged"),
-        ("component", "free functions are the coupled ones"),
     ],
 )
 def test_a_mistake_in_a_folder_is_named_by_its_check(kind, name):

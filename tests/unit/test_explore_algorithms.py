@@ -239,6 +239,9 @@ def test_a_regressor_that_was_fitted_on_a_table_gets_tables(recwarn):
     fitted = make_pipeline(StandardScaler(), LinearRegression()).fit(frame, MODEL(rows))
     model = ResponseFunction(fitted.predict, names, MODEL.response_names, "1")
     assert model(rows) == pytest.approx(fitted.predict(frame))
+    with_units = LinearRegression().fit(frame.add_suffix(" [1]"), MODEL(rows))
+    again = replace(model, function=with_units.predict)
+    assert again(rows) == pytest.approx(with_units.predict(frame.add_suffix(" [1]")))
     assert not [entry for entry in recwarn if "feature names" in str(entry.message)]
     with pytest.raises(InputError, match="give both the same names"):
         replace(model, variable_names=tuple("abcd"))(rows)

@@ -311,7 +311,9 @@ class ResponseFunction:
             return designs
         from pandas import DataFrame
 
-        columns = {re.sub(r"\s*\[.*\]$", "", str(label)): label for label in fitted_on}
+        columns = {str(label): label for label in fitted_on}
+        if set(columns) != set(self.variable_names):  # names may stand with their units
+            columns = {re.sub(r"\s*\[.*\]$", "", name): label for name, label in columns.items()}
         if set(columns) != set(self.variable_names):
             raise InputError(
                 f"the regressor was fitted on the columns {list(fitted_on)}, and the variables are "

@@ -461,7 +461,8 @@ def _carry_out(
 
 def _kept(study: Study, run: Run) -> str:
     """Say what a run that is stopped keeps, and how it goes on."""
-    n_kept = len(list(run.folder.glob("*/evaluations/*.npz")))
+    every = run.folder.glob("*/evaluations/*.npz")
+    n_kept = sum(path.stem.strip("0") != "" for path in every)  # 0 is what descents found
     kept = [f"{n_kept} generations"] if n_kept else []
     if (run.folder / SUMMARY).exists():
         kept.append("all tables")

@@ -79,10 +79,12 @@ ROUGH_STIFFNESS = 0.01
 COMMON = 0.4
 """Part of its energy that is alike in all runs, beyond that of noise [1]: below 0.2 in drawn
 platforms, 0.5 to 0.9 on bodies that move."""
-OPPOSITE = -0.3
-"""Likeness to the other vehicles of the group below which a path has the other sign [1]."""
-LIKELIER = 0.5
-"""Gain in likeness from which on two paths are named as exchanged [1]."""
+OPPOSITE = -0.4
+"""Likeness to the other vehicles of the group below which a path has the other sign [1]: right ones
+have 0.1 to 0.98, rarely -0.2."""
+LIKELIER, LIKE = 0.5, 0.6
+"""Gain in likeness from which on two paths are named as exchanged, and the likeness that both have
+then [1]: a vehicle that is unlike its group gains by chance."""
 
 
 def platform_findings(
@@ -647,7 +649,8 @@ def _unlike_paths(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
                 likeness[first, second] - same_path[first],
                 likeness[second, first] - same_path[second],
             )
-            if min(gains) > LIKELIER:
+            exchanged = min(likeness[first, second], likeness[second, first])
+            if min(gains) > LIKELIER and exchanged > LIKE:
                 yield Finding(
                     f"vehicle {vehicle.name}: its noise transfer functions of {names[first]} and "
                     f"{names[second]} look exchanged beside those of group {vehicle.group}: check "

@@ -339,7 +339,8 @@ def test_a_channel_of_a_point_is_doubted_by_its_tolerances(component):
     (sentence,) = component_findings(wrong, None)
     assert sentence.startswith("point 2: its sensors contradict a rigid motion: with 'P2 S1 x'")
     wide = replace(component.tolerances, sensor_gain=0.1, sensor_angle=0.1)
-    assert component_findings(replace(wrong, tolerances=wide), None) == ()
+    allowed = component_findings(replace(wrong, tolerances=wide), None)
+    assert not any("rigid motion" in sentence for sentence in allowed)
 
 
 def test_a_study_refuses_what_is_certain_and_warns_of_the_rest(platform):

@@ -435,7 +435,7 @@ def _forces(report: Report, measured: Measured) -> None:
     hidden = 100 * (1 - first.resolved.mean())
     report.section(
         "Blocked forces",
-        ("" if first.complete else "**No line is trusted: the interface is incomplete.** ")
+        ("" if first.complete else "**No line is trusted, see the warnings.** ")
         + f"Magnitudes in {first.name}; the tables blocked_forces have every run. Hatched, "
         f"{hidden:.0f} % of the lines: the noise of the functions shrinks the load that the "
         f"indicators see least by more than {100 * MOST_ATTENUATED:.0f} %, so that its interval "

@@ -7,14 +7,15 @@ beams with six loads at each end, and bands. Without --car it measures a car of 
 a virtual laboratory, and compares the result with the microphone of that laboratory.
 docs/validation.md has the errors of many cars and laboratories.
 
-Keys of summary.json, levels [dB]. At measured peaks, synthesised against
-measured: spl_peak_deviation_db (largest, soft hoses, outside 25–35 Hz), …_25_35 (there),
-…_with_hoses (standard hoses modelled, 90–140 Hz), …_by_mounts (hoses left out, there), each with
-…_median; n_peaks_without_partner. Lines at 90–140 Hz with standard hoses:
+Keys of summary.json, levels [dB]. At measured peaks, synthesised against measured:
+spl_peak_deviation_db (largest, soft hoses, outside 25–35 Hz), …_25_35 (there), …_with_hoses
+(standard hoses modelled, 90–140 Hz), …_by_mounts (hoses left out, there), each with …_median;
+n_peaks_without_partner. Lines at 90–140 Hz with standard hoses:
 spl_90_140_p90_db_with_hoses|by_mounts. measured_gain_db_90_140 (standard against soft hoses,
 median), measured_gain_error_db_90_140 (largest, of the synthesis). lines_in_band_percent (louder
-lines within the 90 % band), identical_mounts, n_alarms, seconds (from files to result, one
-processor). Without a peak its keys are missing.
+lines within the 90 % band), common_band_db and line_band_db (largest of the sweeps: by how much all
+lines may lie off together, and each besides, ± at 90 %), identical_mounts, n_alarms, seconds (from
+files to result, one processor). Without a peak its keys are missing.
 """
 
 from __future__ import annotations
@@ -113,7 +114,10 @@ def car_report(
         "does the sound come, and how reliable is the synthesis?",
     )
     errors, gains = sweep_errors(noise), measured_gain_table(noise)
-    report.summary |= error_summary(errors, gains)
+    report.summary |= error_summary(errors, gains) | {
+        "common_band_db": max(band.common_half_width for band in noise.bands),
+        "line_band_db": max(band.line_half_width for band in noise.bands),
+    }
     report.summary |= {
         "identical_mounts": "yes" if running.shares.identical else "no",
         "n_alarms": len(noise.alarms),
@@ -266,11 +270,27 @@ def _soft_hoses(report: Report, noise: CarNoise, errors: Sequence[SweepErrors]) 
             lambda: _over_speed(panels, "measured"),
             "Level at the driver's ear with long soft hoses, which cut the paths of the hoses "
             "(thesis, figure 65): synthesised against measured. Shade: where 90 % of what the "
-            "measurements allow lies." + (_FLOOR_WORDS if noise.seed is not None else ""),
+            f"measurements allow lies. {_band_words(noise, SOFT)}"
+            + (_FLOOR_WORDS if noise.seed is not None else ""),
         )
     table = peak_table(errors)
     mine = table[table["hoses"] == SOFT.value].drop(columns=["paths", "hoses"])
     report.table("peaks", table, "Peaks with soft hoses." if len(mine) else "", shown=mine)
+
+
+def _band_words(noise: CarNoise, hoses: HoseState) -> str:
+    """Say which part of the bands all lines share."""
+    bands = [
+        band for sweep, band in zip(noise.sweeps, noise.bands, strict=True) if sweep.hoses is hoses
+    ]
+    common, besides = (
+        max(getattr(band, name) for band in bands)
+        for name in ("common_half_width", "line_half_width")
+    )
+    return (
+        f"All lines of a sweep may lie ± {common:.1f} dB together, and each ± {besides:.1f} dB "
+        "besides (median line)."
+    )
 
 
 _FLOOR_WORDS = (
@@ -330,7 +350,8 @@ def _standard_hoses(report: Report, running: RunningInCar, noise: CarNoise) -> N
         "figure_66_standard_hoses",
         lambda: _over_speed(panels, "measured"),
         "Level with the hoses of the car (thesis, figure 66). Where hoses carry sound, mounts "
-        "alone do not explain the measurement; mounts and identified hoses together do.",
+        "alone do not explain the measurement; mounts and identified hoses together do."
+        + ("" if hoses is None else f" {_band_words(noise, STANDARD)}"),
     )
     if hoses is not None:
         words = {"identified": "found", "standard deviation": "deviation"}

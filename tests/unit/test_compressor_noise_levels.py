@@ -51,10 +51,13 @@ def error_summary(noise):
 
 
 def case(*sweeps):
-    bands = tuple(
-        NoiseBand(*(each.level(each.total) + off for off in (-1, 1, -1, 1))) for each in sweeps
-    )
-    return CarNoise("EV", 1, sweeps, bands, (), 1.0)
+    bands = []
+    for each in sweeps:
+        level = each.level(each.total)
+        ends = [level + off for off in (-1, 1, -1, 1)]
+        besides = np.stack([np.full(level.size, off) for off in (-0.5, 0.5)])
+        bands.append(NoiseBand(*ends, np.array([-0.3, 0.3]), besides, level))
+    return CarNoise("EV", 1, sweeps, tuple(bands), (), 1.0)
 
 
 def test_deviations_are_those_of_the_peaks():

@@ -135,6 +135,13 @@ def test_bands_hold_the_sound(running_1, sweeps):
         level = sweep.level(sweep.total)
         assert np.mean((level >= band.lower) & (level <= band.upper)) > 0.8
         assert np.median(band.upper - band.lower) < 3
+        off = level - band.middle
+        common = np.median(off)
+        assert band.common[0] <= common <= band.common[1]
+        assert np.mean((off - common >= band.besides[0]) & (off - common <= band.besides[1])) > 0.8
+        # both parts make up the whole, as errors that do not know of each other
+        both = np.hypot(band.common_half_width, band.line_half_width)
+        assert both == pytest.approx(np.median(band.upper - band.lower) / 2, rel=0.25)
 
 
 def test_what_cannot_be_answered_is_refused(running_1):

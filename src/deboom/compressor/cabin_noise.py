@@ -365,14 +365,32 @@ def _sweep_noise(
 class NoiseBand:
     """Levels that a microphone would show in 90 % of the draws, with and without paths of hoses.
 
+    Lines of a car share the errors of its calibration, so that a band holds nearly all of them or
+    few. What moves them together is stated by itself, as the median over the lines of a draw.
+
     `lower`, `upper` (n_frequency,): of all paths [dB(A)]; `lower_mounts`, `upper_mounts`
-    (n_frequency,): of the mounts' paths alone [dB(A)].
+    (n_frequency,): of the mounts' paths alone [dB(A)]; `common` (2,): ends of the part that all
+    lines of all paths share, against `middle` [dB]; `besides` (2, n_frequency): of what each line
+    may be off besides [dB]; `middle` (n_frequency,): median of the draws [dB(A)].
     """
 
     lower: RealArray
     upper: RealArray
     lower_mounts: RealArray
     upper_mounts: RealArray
+    common: RealArray
+    besides: RealArray
+    middle: RealArray
+
+    @property
+    def common_half_width(self) -> float:
+        """Half of the width of `common` [dB]."""
+        return float(np.ptp(self.common)) / 2
+
+    @property
+    def line_half_width(self) -> float:
+        """Half of the width of `besides`, median over the lines [dB]."""
+        return float(np.median(self.besides[1] - self.besides[0])) / 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -413,15 +431,20 @@ def noise_bands(
     for number, sweep in enumerate(running.car.operation.sweeps):
         generator = np.random.default_rng([seed, 2, number])
         both = _levels(running, transfer, sweep, band, drawn, generator)
-        (lower, lower_mounts), (upper, upper_mounts) = np.percentile(
-            # so that a further draw lies between them with this probability
-            both,
-            TAILS,
-            axis=0,
-            method="weibull",
+        (lower, lower_mounts), (upper, upper_mounts) = _ends(both)
+        middle = np.median(both[:, 0], axis=0)
+        off = both[:, 0] - middle
+        together = np.median(off, axis=1)
+        besides = _ends(off - together[:, np.newaxis])
+        bands.append(
+            NoiseBand(lower, upper, lower_mounts, upper_mounts, _ends(together), besides, middle)
         )
-        bands.append(NoiseBand(lower, upper, lower_mounts, upper_mounts))
     return tuple(bands)
+
+
+def _ends(drawn: RealArray) -> RealArray:
+    """Return values between which a further draw lies with 90 %, shape (2, ...)."""
+    return np.asarray(np.percentile(drawn, TAILS, axis=0, method="weibull"))
 
 
 def _draws(running: RunningInCar, count: int, seed: int) -> list[_Draw]:

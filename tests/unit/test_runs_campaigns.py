@@ -17,7 +17,7 @@ def test_every_vehicle_drives_with_every_set_and_is_struck_with_one(monkeypatch)
         progress(3, 3, "Du")
         return ()
 
-    def drive(folder, seed, name, parts, *, load_cases, accelerance):
+    def drive(folder, seed, name, parts, *, load_cases, accelerance, truth_seed, family):
         cars.append((name, parts, accelerance))
 
     monkeypatch.setattr(campaigns, "write_campaign", Mock())

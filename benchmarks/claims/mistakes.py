@@ -17,7 +17,7 @@ from deboom.choices import FolderKind
 from samples.later_mistakes import LATER
 from samples.mistakes import LAST_TUNING, alarms, outcomes
 
-FIRST = LAST_TUNING + 501
+FIRST = LAST_TUNING + 601
 SEEDS = range(FIRST, FIRST + draws(2))
 RIGHT = {
     FolderKind.campaign: (40, "rubber and laboratory drawn"),

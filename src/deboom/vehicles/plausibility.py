@@ -495,7 +495,11 @@ def _vehicles(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
         level = 20.0 * np.log10(np.maximum(sizes, np.finfo(float).tiny))
         for number, vehicle in enumerate(vehicles):
             others = np.delete(level, number)
-            gap = level[number] - float(np.median(others))
+            of_group = [level[k] for k, v in enumerate(vehicles) if v.group == vehicle.group]
+            alike = of_group if len(of_group) > FEWEST_VEHICLES else others
+            # a group may be loud, and a vehicle unlike its group
+            middles = float(np.median(alike)), float(np.median(others))
+            gap = min((level[number] - middle for middle in middles), key=abs)
             usual = 1.4826 * float(np.median(np.abs(others - np.median(others))))
             least = LOUDER if gap > 0.0 else QUIETER
             if abs(gap) > max(least, DEVIATIONS * max(usual, LEAST_DEVIATION)):

@@ -9,10 +9,11 @@ everything, with the car on its flexible body. For your own car give --vehicle, 
 vehicles, and the --campaign of the bench on which its mounts were measured.
 
 If the hammer test recorded the accelerometers on the body, its receptance turns blocked forces into
-interface forces, and the road says how stiff the mounts are in the car. On twenty benches with drawn
-powertrains, five kinds of bodies, and rubber that is softer or harder in the car, corr_f is 2.2 % in
-the median (largest 20.3), corr_s 5.6 % (13.1), booming peaks agree within 1.1 dB (6.2), and forces
-within 7.9 % (25.1). With blocked forces the medians are 32.5 %, 26.6 %, 5.0 dB and 49.4 %.
+interface forces, and the road says how stiff the mounts are in the car. On twenty benches with
+drawn powertrains, five kinds of bodies, and rubber that is softer or harder in the car, corr_f is
+2.2 % in the median (largest 20.3), corr_s 5.6 % (13.1), booming peaks agree within 1.1 dB (6.2),
+and forces within 7.9 % (25.1). With blocked forces the medians are 32.5 %, 26.6 %, 5.0 dB and 49.4
+%.
 
 Keys of summary.json: corr_f_percent (complex pressure, median over vehicles and mount sets),
 corr_s_percent (magnitude, median), peak_deviation_db (largest of the paired booming peaks),

@@ -263,15 +263,15 @@ class _Problem:
         numbers, slopes = _linearised(self.robust, design, self._numbers, self._shares)
         if not self._limits:
             return numbers, slopes
-        own = [self.robust.own_number(number, design) for number in self._own]
+        by_model = [self.robust.own_number(number, design) for number in self._own]
 
         def gradients() -> RealArray:
             rows = slopes()
-            for number, value in zip(self._own, own, strict=True):
+            for number, value in zip(self._own, by_model, strict=True):
                 rows = np.vstack([rows, _own_gradient(self.robust, number, design, value)])
             return np.vstack([rows[:2], self._limits.excess_slopes(rows[2:])])
 
-        excess = self._limits.excess(np.array([[*numbers[2:], *own]]))[0]
+        excess = self._limits.excess(np.array([[*numbers[2:], *by_model]]))[0]
         return np.concatenate([numbers[:2], excess]), gradients
 
 

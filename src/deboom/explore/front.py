@@ -542,9 +542,9 @@ def front_difference(
     better, worse = (first, second)[::order]
     if may_cover_by_chance and not sides[::order][0].is_enough:
         return result
-    known = [replace(side, noise=side.noise * side.is_trusted) for side in sides]
-    by_known = difference(known[0], known[1], advantage)
-    if by_known.verdict is FrontVerdict.real and _covers(better, worse):
+    trusted = [replace(side, noise=side.noise * side.is_trusted) for side in sides]
+    by_trusted = difference(trusted[0], trusted[1], advantage)
+    if by_trusted.verdict is FrontVerdict.real and _covers(better, worse):
         return replace(result, verdict=FrontVerdict.real, too_few=())
     return result
 

@@ -261,69 +261,54 @@ def _equations(
     if free_body is None:
         return
 
-    to_load = body.at_points.T
-    force_matrix = alignment.force_matrix(of_chain)
-    force = lines.cell_force @ force_matrix.T
+    # load at the origin per channel of accelerometers and cells, and its change per parameter
+    to_load, force_matrix = body.at_points.T, alignment.force_matrix(of_chain)
     mass_matrix = free_body.mass_matrix + np.tensordot(of_body, free_body.mass_changes, 1)
-    load = motion @ mass_matrix.T + force @ to_load.T
-    force_change = np.tensordot(lines.cell_force, alignment.force_change, axes=([1], [2]))
-    by_alignment = to_load @ np.swapaxes(force_change, 1, 2)
-    by_alignment = by_alignment - mass_matrix @ inverse @ channel_change
-    by_mass = np.tensordot(motion, free_body.mass_changes, axes=([1], [2]))
-    change = np.concatenate([by_alignment, np.swapaxes(by_mass, 1, 2)], axis=2)
-
-    # load per channel, and its change per parameter: the noise of channels is in both
-    by_channel = mass_matrix @ inverse, to_load @ force_matrix
-    n_body = of_body.size
-    change_by_channel = (
-        np.concatenate(
-            [
-                -by_channel[0] @ alignment.forward_change @ inverse,
-                free_body.mass_changes @ inverse,
-            ]
-        ),
-        np.concatenate(
-            [
-                to_load @ alignment.force_change,
-                np.zeros((n_body, 6, lines.cell_force.shape[1])),
-            ]
-        ),
+    of_motion, of_cells = mass_matrix @ inverse, to_load @ force_matrix
+    by_motion = np.concatenate(
+        [-of_motion @ alignment.forward_change @ inverse, free_body.mass_changes @ inverse]
     )
+    by_cells = np.zeros((parameters.size, *of_cells.shape))
+    by_cells[: of_chain.size] = to_load @ alignment.force_change
     leaks = free_body.leaks
     select = np.eye(6)
-    for (balanced, excited), size in zip(leaks, of_body[n_body - len(leaks) :], strict=True):
+    for (balanced, excited), size in zip(leaks, of_body[of_body.size - len(leaks) :], strict=True):
         select[balanced, excited] = -size
-    jacobian = select @ change
-    change_by_channel = tuple(select @ each for each in change_by_channel)
+    by_motion, by_cells = select @ by_motion, select @ by_cells
     for place, (balanced, excited) in enumerate(leaks, parameters.size - len(leaks)):
-        jacobian[:, balanced, place] -= load[:, excited]
-        for each, of_load in zip(change_by_channel, by_channel, strict=True):
-            each[place, balanced] -= of_load[excited]
+        by_motion[place, balanced] -= of_motion[excited]
+        by_cells[place, balanced] -= of_cells[excited]
     rows = list(free_body.balanced)
-    select, jacobian = select[rows], jacobian[:, rows]
+    select, by_motion, by_cells = select[rows], by_motion[:, rows], by_cells[:, rows]
+    of_motion, of_cells = select @ of_motion, select @ of_cells
     scatter = block_diag(*[point.transfer_scatter for point in body.points])
-    squared_noise = lines.acceleration_noise**2, lines.cell_noise**2
-    balances = tuple(select @ of_load for of_load in by_channel)
-    noise = squared_noise[0] @ balances[0].T ** 2 + squared_noise[1] @ balances[1].T ** 2
-    rest = (
-        rest @ (select @ mass_matrix @ inverse).T ** 2
-        + np.abs(force) ** 2 @ (select @ to_load @ scatter).T ** 2
-    )
+    force = lines.cell_force @ force_matrix.T
+    noise = lines.acceleration_noise**2 @ of_motion.T**2 + lines.cell_noise**2 @ of_cells.T**2
+    rest = rest @ of_motion.T**2 + np.abs(force) ** 2 @ (select @ to_load @ scatter).T ** 2
     # loads that are wrong are wrong in all lines by as much, however many there are
     unexplained = n_lines * contradicted.get(NEWTON, 0.0) * (noise + rest)
     variance = noise + n_lines * max(1.0, misfit.get(NEWTON, 1.0)) * rest + unexplained
     white = 1 / np.sqrt(variance)
-    residual = -load @ select.T
-    bias = np.zeros(parameters.size)
-    seen_by_kind = seen, min(1.0, misfit.get(NEWTON, 0.0))
-    for share, n, balance, each in zip(
-        seen_by_kind, squared_noise, balances, change_by_channel, strict=True
-    ):
-        terms = each[:, rows], balance, white**2, share * n
-        bias -= np.einsum("kmc,mc,nm,nc->k", *terms, optimize=True)
-    whitened = (white[:, :, np.newaxis] * jacobian).reshape(-1, parameters.size)
+    residual = -(lines.acceleration @ of_motion.T + lines.cell_force @ of_cells.T)
+    jacobian = np.tensordot(lines.acceleration, by_motion, axes=([1], [2]))
+    jacobian = jacobian + np.tensordot(lines.cell_force, by_cells, axes=([1], [2]))
+    whitened = white[:, :, np.newaxis] * np.swapaxes(jacobian, 1, 2)
     squares = float(np.sum(np.abs(residual) ** 2 / (noise + rest)))
-    yield _Equations(NEWTON, whitened, (white * residual).ravel(), bias, squares, residual.size)
+    seen_by_cells = min(1.0, misfit.get(NEWTON, 0.0))
+    bias = -seen * np.einsum(
+        "kmc,mc,mc->k", by_motion, of_motion, white.T**2 @ lines.acceleration_noise**2
+    )
+    bias -= seen_by_cells * np.einsum(
+        "kmc,mc,mc->k", by_cells, of_cells, white.T**2 @ lines.cell_noise**2
+    )
+    yield _Equations(
+        NEWTON,
+        whitened.reshape(-1, parameters.size),
+        (white * residual).ravel(),
+        bias,
+        squares,
+        residual.size,
+    )
 
 
 def _refuse_faults(alignment: Alignment, parameters: RealArray) -> None:

@@ -150,6 +150,27 @@ def test_drawn_bodies_keep_what_was_measured(platform):
     assert np.all(np.abs(drawn) <= size * (1 + 1e-9))
 
 
+def test_vehicles_with_driving_points_alone_are_drawn_as_that(platform, at_rest):
+    fleet, model, again = at_rest
+    alone = []
+    for vehicle in platform.fleet.vehicles:
+        frf = vehicle.receptance.select(outputs=vehicle.receptance.inputs)
+        values = np.eye(len(frf.inputs)) * frf.values
+        alone.append(replace(vehicle, receptance=replace(frf, values=values)))
+    data = model, again, Fleet(tuple(alone)), platform.mounts, PICKS
+    draws = change_draws(*data)
+    asked = change_draws(
+        model, again, platform.fleet, *data[3:], information=Information.driving_points
+    )
+    assert draws.information is Information.driving_points
+    np.testing.assert_array_equal(draws.drawn, asked.drawn)
+    with pytest.raises(InputError, match="receptances are asked for, and 5 vehicles have none"):
+        change_draws(*data, information=Information.receptances)
+    # one car with less than the others: that is what is known of all
+    mixed = Fleet((*alone[:-1], fleet.vehicles[-1]))
+    assert change_draws(*data[:2], mixed, *data[3:]).information is Information.unknown
+
+
 def test_noise_of_driving_points_is_seen_between_lines(platform):
     for noise in (0.03, 0.1):
         vehicle = fleet_of(platform, noise=noise).vehicles[0]
@@ -179,6 +200,8 @@ def test_more_information_narrows_and_the_seed_decides(platform):
         words, told = expected_sentence(shown.of(0), -2.0), information is Information.receptances
         assert ("The loudest line of a car is expected to change by" in words) == told
         assert ("The loudest line of a car may change by" in words) != told
+        points = information is Information.driving_points
+        assert ("Of the bodies the driving points are known" in words) == points
         report = Report("cars", "what is expected?")
         report_expected(report, shown, ["first", "second"], group.names)
         table = report.tables["expected"].set_index(["design", "vehicle"])

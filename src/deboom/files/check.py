@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -31,6 +32,7 @@ from deboom.mounts.mount import in_mount_axes, not_identified, refuse_active_mou
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import not_rigid
 from deboom.physics.sound_level import spl
+from deboom.vehicles.expected_change import Information, known_of_body
 from deboom.vehicles.fleet import Band, path_contributions
 from deboom.vehicles.platform import BAND, LIBRARY_FILE, PLATFORM_FILE, MountSource, Platform
 from deboom.vehicles.plausibility import of_moving_body, rigid_share
@@ -258,6 +260,9 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
     for group in groups:
         names = [entry.name for entry in platform.fleet.vehicles if entry.group == group]
         yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"
+    for state, number in Counter(map(known_of_body, platform.fleet.vehicles)).items():
+        if state is not Information.unknown:
+            yield "bodies", f"{state.value} of {number} vehicles"
     yield (
         "lines",
         f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz, "

@@ -188,7 +188,10 @@ def expected_sentence(expected: ExpectedChange | str, predicted: float) -> str:
 
 KNOWN_OF_BODIES = {
     Information.unknown: "nothing is known; driving points at the mounts would narrow the interval",
-    Information.driving_points: "the driving points are known; all receptances would tell more",
+    Information.driving_points: (
+        "the driving points are known: in the model each point gives way to its own force alone, "
+        "the interval has what may pass between them; all receptances would tell more"
+    ),
     Information.receptances: "the receptances at the mounts are known",
 }
 """What an interval rests on, and what would make it narrower."""

@@ -38,7 +38,7 @@ LINE_STEP = 2
 
 
 class Information(Enum):
-    """What is known of the bodies at their mounts."""
+    """What is known of the bodies at their mounts, least first."""
 
     unknown = "bodies unknown"
     driving_points = "driving points"
@@ -164,7 +164,7 @@ def expected_change(
         Designs, the same in all vehicles or one for each [1]. Today's parts have all factors 1, and
         of a catalogue number 0.
     information : Information, optional
-        What of the bodies is used; by default receptances where there are any.
+        What of the bodies is used; by default all that is known of every vehicle's.
     weights : array, shape (v,), optional
         Of the vehicles in the mean [1]; by default all alike.
     seed : int
@@ -173,8 +173,8 @@ def expected_change(
     Raises
     ------
     InputError
-        A model of which nothing is expected, see `expected_or_why`; no vehicle has a receptance,
-        and driving points or receptances are asked for; no model of data measured again.
+        A model of which nothing is expected, see `expected_or_why`; driving points or receptances
+        are asked for that not all vehicles have; no model of data measured again.
 
     Notes
     -----
@@ -250,12 +250,14 @@ def change_draws(
         raise InputError(reason)
     if not again:
         raise InputError("an expected change needs data measured again: draw some")
-    told = [vehicle.receptance is not None for vehicle in fleet.vehicles]
-    information = information or (Information.receptances if all(told) else Information.unknown)
-    if information is not Information.unknown and not all(told):
+    states = [known_of_body(vehicle) for vehicle in fleet.vehicles]
+    rank = list(Information).index
+    information = information or min(states, key=rank)
+    lacking = sum(rank(state) < rank(information) for state in states)
+    if lacking:
         raise InputError(
-            f"{information.value} are asked for, and {told.count(False)} vehicles have none: "
-            "measure them in all vehicles, or take the bodies as unknown"
+            f"{information.value} are asked for, and {lacking} vehicles have none: measure them in "
+            "all vehicles, or take the bodies as unknown"
         )
     each = np.atleast_2d(np.asarray(picks, dtype=float))
     n_variable = len(model.variable_names)
@@ -284,6 +286,14 @@ def change_draws(
             for values in changes
         )
     return ChangeDraws(information, *changes)
+
+
+def known_of_body(vehicle: Vehicle) -> Information:
+    """Tell how much is known of a vehicle's body."""
+    if vehicle.receptance is None:
+        return Information.unknown
+    points = vehicle.has_driving_points_alone
+    return Information.driving_points if points else Information.receptances
 
 
 def _cases_of(model: Model, designs: RealArray, lines: IntArray) -> list[_Case]:

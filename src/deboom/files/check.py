@@ -260,9 +260,8 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
     for group in groups:
         names = [entry.name for entry in platform.fleet.vehicles if entry.group == group]
         yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"
-    for state, number in Counter(map(known_of_body, platform.fleet.vehicles)).items():
-        if state is not Information.unknown:
-            yield "bodies", f"{state.value} of {number} vehicles"
+    if words := bodies_in_words(platform):
+        yield "bodies", words
     yield (
         "lines",
         f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz, "
@@ -328,6 +327,16 @@ def _peak_in_words(platform: Platform, name: str) -> str:
 def _alarms(judged: Sequence[CrossStiffness]) -> list[str]:
     """Return a sentence for each mount that seems to stand at an angle that is not stated."""
     return [mount.sentence for mount in judged if mount.evident]
+
+
+def bodies_in_words(platform: Platform) -> str:
+    """Say of how many vehicles what is known of the body; empty where nothing is."""
+    numbers = Counter(map(known_of_body, platform.fleet.vehicles))
+    numbers.pop(Information.unknown, None)
+    words = ", ".join(f"{state.value} of {number} vehicles" for state, number in numbers.items())
+    if Information.driving_points in numbers:
+        words += "; in coupled motion a driving point gives way to its own force alone"
+    return words
 
 
 def pieces_in_words(platform: Platform) -> str:

@@ -224,8 +224,11 @@ def test_right_functions_of_every_family_pass_and_wrong_ones_are_named(kind):
         for noise in NOISES:
             values = noisy(true, noise, generator)
             vehicle_of(heard, values)
-            vehicle_of(heard, values * np.eye(len(heard.inputs)))  # driving points alone
+            points_alone = np.eye(len(heard.inputs))
+            vehicle_of(heard, values * points_alone)
             for fault in FAULTS.values():
+                with pytest.raises(InputError, match="its receptance gives energy at"):
+                    vehicle_of(heard, fault(values) * points_alone)
                 with pytest.raises(InputError, match="its receptance"):
                     vehicle_of(heard, fault(values))
                 row, column = generator.choice(len(heard.inputs), 2, replace=False)

@@ -72,6 +72,8 @@ from deboom.vehicles.powertrain import Powertrain
 
 RECEPTANCE_UNIT = "m/N"
 DRIVING_POINT = "driving point"
+_ORDINATE = {NOISE_TRANSFER: "pressure", DRIVING_POINT: "displacement"}
+"""Of functions per force; spectra are named by theirs."""
 LOWEST, HIGHEST = 15.0, 140.0
 """Where the model of a drive on its mounts holds [Hz]."""
 SPECTRA = (0, 12, 27)
@@ -255,9 +257,6 @@ def _of_table(table: FunctionTable, row: ChannelRow, quantity: str) -> UffFuncti
     )
 
 
-_ORDINATE = {NOISE_TRANSFER: "pressure", DRIVING_POINT: "displacement"}
-
-
 def _columns(
     matrix: FunctionMatrix,
     rows: Sequence[ChannelRow],
@@ -420,6 +419,14 @@ class VehicleEntry(StrictModel):
     # the same at each path along its force alone, UFF or a table
     driving_points: RelativePath | None = None
 
+    @field_validator("ear_node")
+    @classmethod
+    def _node_of_a_uff_file(cls, node: int | None, others: ValidationInfo) -> int | None:
+        name = others.data.get("noise_transfer", "")
+        if node is None and PurePosixPath(name).suffix.lower() not in ("", *TABLE_ENDINGS):
+            raise ValueError("functions by node need the response node of the driver's ear: add it")
+        return node
+
     @field_validator("driving_points")
     @classmethod
     def _without_receptance(cls, path: str | None, others: ValidationInfo) -> str | None:
@@ -431,14 +438,6 @@ class VehicleEntry(StrictModel):
     def body(self) -> str | None:
         """File of what is known of the body; None: it is at rest."""
         return self.receptance or self.driving_points
-
-    @field_validator("ear_node")
-    @classmethod
-    def _node_of_a_uff_file(cls, node: int | None, others: ValidationInfo) -> int | None:
-        name = others.data.get("noise_transfer", "")
-        if node is None and PurePosixPath(name).suffix.lower() not in ("", *TABLE_ENDINGS):
-            raise ValueError("functions by node need the response node of the driver's ear: add it")
-        return node
 
 
 class LoadCaseEntry(StrictModel):

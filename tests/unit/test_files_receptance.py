@@ -19,9 +19,11 @@ from deboom.files.platform import read_platform
 from deboom.files.rows import ChannelRow
 from deboom.files.tables import read_table
 from deboom.files.uff import read_uff, write_uff
+from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.channels import Frf
 from deboom.vehicles.booming_model import Motion, booming_model
 from deboom.vehicles.coupled_motion import FlexibleMotion
+from deboom.vehicles.expected_change import Information
 from deboom.vehicles.fleet import Vehicle, relative_noise
 
 
@@ -102,6 +104,19 @@ def test_driving_points_are_the_diagonal_of_the_receptance(points_folder, folder
     assert check.faults == ()
     assert "driving points of 2 vehicles" in check.summary
     assert "receptances of 15 vehicles" in check_platform(folder).summary
+
+
+def test_changes_of_a_folder_with_driving_points_are_expected_with_them(points_folder):
+    platform = read_platform(points_folder)
+    index = model(platform, motion=Motion.coupled)
+    receptance = index.cases[0].receptance
+    change = uncertain_index(index, platform, ()).expected_change(np.full((1, 12), 0.9))
+    assert change.information is Information.driving_points
+    # at the mounts of the powertrain the model has what was measured, and nothing between them
+    values = platform.fleet.vehicles[0].receptance.values.diagonal(axis1=1, axis2=2)
+    inside = np.isin(FREQUENCY, index.frequency)
+    np.testing.assert_allclose(receptance[0].diagonal(axis1=1, axis2=2)[:, :9], values[inside, :9])
+    assert not np.any(receptance[0][:, :9, :9][:, ~np.eye(9, dtype=bool)])
 
 
 def stated_as_table(folder):

@@ -171,6 +171,35 @@ def test_vehicles_with_driving_points_alone_are_drawn_as_that(platform, at_rest)
     assert change_draws(*data[:2], mixed, *data[3:]).information is Information.unknown
 
 
+def test_driving_points_of_a_body_of_the_prior_are_kept(platform, at_rest):
+    bodies = expected._Bodies.of(
+        at_rest[0], platform.mounts, np.arange(20.0, 60.0), Information.unknown
+    )
+    struck = replace(bodies.struck(np.random.default_rng(1)), noise=np.zeros(1))
+    first, second = (struck.draw(np.random.default_rng(seed)) for seed in (2, 3))
+    np.testing.assert_allclose(*(y.diagonal(axis1=2, axis2=3) for y in (first, second)), rtol=1e-9)
+    assert not np.allclose(first, second, rtol=0.1)
+
+
+def test_what_driving_points_would_narrow_is_the_width_that_their_draws_have(platform, at_rest):
+    fleet, model, again = at_rest
+    draws = change_draws(model, again, fleet, platform.mounts, PICKS)
+    shown = stated(draws)
+    assert draws.struck.shape == (3, 48, 2, 5)
+    # draws that all agree leave the floor of the interval alone, those of today's width all of it
+    agreeing = stated(replace(draws, struck=np.zeros_like(draws.struck)))
+    floor = 2 * prior.WIDTH["driving_points"] * prior.FLOOR
+    width = np.mean(shown.cars.high - shown.cars.low, axis=-1)
+    np.testing.assert_allclose(agreeing.with_points, floor / width)
+    ratio = prior.WIDTH["driving_points"] / prior.WIDTH["unknown"]
+    same = stated(replace(draws, struck=draws.drawn[np.newaxis]))
+    np.testing.assert_allclose(same.with_points, ratio)
+    narrower = replace(shown.of(0), with_points=np.array(0.62))
+    assert "narrow the interval of a car by about 40 %" in expected_sentence(narrower, -2.0)
+    hardly = replace(narrower, with_points=np.array(1.1))
+    assert "would hardly narrow the interval" in expected_sentence(hardly, -2.0)
+
+
 def test_noise_of_driving_points_is_seen_between_lines(platform):
     for noise in (0.03, 0.1):
         vehicle = fleet_of(platform, noise=noise).vehicles[0]

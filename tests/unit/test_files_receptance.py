@@ -21,10 +21,13 @@ from deboom.files.tables import read_table
 from deboom.files.uff import read_uff, write_uff
 from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.channels import Frf
+from deboom.pages.motion import report_runs
+from deboom.report import Report
 from deboom.vehicles.booming_model import Motion, booming_model
 from deboom.vehicles.coupled_motion import FlexibleMotion
 from deboom.vehicles.expected_change import Information
 from deboom.vehicles.fleet import Vehicle, relative_noise
+from deboom.vehicles.platform import MountSource
 
 
 @pytest.fixture(scope="module")
@@ -112,6 +115,12 @@ def test_changes_of_a_folder_with_driving_points_are_expected_with_them(points_f
     receptance = index.cases[0].receptance
     change = uncertain_index(index, platform, ()).expected_change(np.full((1, 12), 0.9))
     assert change.information is Information.driving_points
+    report = Report("cars", "what is known?")
+    report_runs(report, platform.runs(["g5_wot220"], mounts=MountSource.spectra))
+    assert report.facts["bodies"] == (
+        "driving points of 2 vehicles; in coupled motion a driving point gives way to its own "
+        "force alone"
+    )
     # at the mounts of the powertrain the model has what was measured, and nothing between them
     values = platform.fleet.vehicles[0].receptance.values.diagonal(axis1=1, axis2=2)
     inside = np.isin(FREQUENCY, index.frequency)

@@ -134,6 +134,14 @@ def write(
             "includes the motion of the body.",
         ),
     ] = False,
+    driving_points: Annotated[
+        bool,
+        typer.Option(
+            "--driving-points",
+            help="Write of each body the driving points at the mounts alone (UFF). In coupled "
+            "motion each point then gives way to its own force.",
+        ),
+    ] = False,
     body_scatter: BodyScatter = 1.0,
     family: Family = "",
 ) -> None:
@@ -157,6 +165,7 @@ def write(
             truth_seed=truth_seed,
             tilt=tilt,
             receptance=receptance,
+            driving_points=driving_points,
             body_scatter=body_scatter,
             family=family,
         )

@@ -150,6 +150,56 @@ def test_drawn_bodies_keep_what_was_measured(platform):
     assert np.all(np.abs(drawn) <= size * (1 + 1e-9))
 
 
+def test_vehicles_with_driving_points_alone_are_drawn_as_that(platform, at_rest):
+    fleet, model, again = at_rest
+    alone = []
+    for vehicle in platform.fleet.vehicles:
+        frf = vehicle.receptance.select(outputs=vehicle.receptance.inputs)
+        values = np.eye(len(frf.inputs)) * frf.values
+        alone.append(replace(vehicle, receptance=replace(frf, values=values)))
+    data = model, again, Fleet(tuple(alone)), platform.mounts, PICKS
+    draws = change_draws(*data)
+    asked = change_draws(
+        model, again, platform.fleet, *data[3:], information=Information.driving_points
+    )
+    assert draws.information is Information.driving_points
+    np.testing.assert_array_equal(draws.drawn, asked.drawn)
+    with pytest.raises(InputError, match="receptances are asked for, and 5 vehicles have none"):
+        change_draws(*data, information=Information.receptances)
+    # one car with less than the others: that is what is known of all
+    mixed = Fleet((*alone[:-1], fleet.vehicles[-1]))
+    assert change_draws(*data[:2], mixed, *data[3:]).information is Information.unknown
+
+
+def test_driving_points_of_a_body_of_the_prior_are_kept(platform, at_rest):
+    bodies = expected._Bodies.of(
+        at_rest[0], platform.mounts, np.arange(20.0, 60.0), Information.unknown
+    )
+    struck = replace(bodies.struck(np.random.default_rng(1)), noise=np.zeros(1))
+    first, second = (struck.draw(np.random.default_rng(seed)) for seed in (2, 3))
+    np.testing.assert_allclose(*(y.diagonal(axis1=2, axis2=3) for y in (first, second)), rtol=1e-9)
+    assert not np.allclose(first, second, rtol=0.1)
+
+
+def test_what_driving_points_would_narrow_is_the_width_that_their_draws_have(platform, at_rest):
+    fleet, model, again = at_rest
+    draws = change_draws(model, again, fleet, platform.mounts, PICKS)
+    shown = stated(draws)
+    assert draws.struck.shape == (3, 48, 2, 5)
+    # draws that all agree leave the floor of the interval alone, those of today's width all of it
+    agreeing = stated(replace(draws, struck=np.zeros_like(draws.struck)))
+    floor = 2 * prior.WIDTH["driving_points"] * prior.FLOOR
+    width = np.mean(shown.cars.high - shown.cars.low, axis=-1)
+    np.testing.assert_allclose(agreeing.with_points, floor / width)
+    ratio = prior.WIDTH["driving_points"] / prior.WIDTH["unknown"]
+    same = stated(replace(draws, struck=draws.drawn[np.newaxis]))
+    np.testing.assert_allclose(same.with_points, ratio)
+    narrower = replace(shown.of(0), with_points=np.array(0.62))
+    assert "narrow the interval of a car by about 40 %" in expected_sentence(narrower, -2.0)
+    hardly = replace(narrower, with_points=np.array(1.1))
+    assert "would hardly narrow the interval" in expected_sentence(hardly, -2.0)
+
+
 def test_noise_of_driving_points_is_seen_between_lines(platform):
     for noise in (0.03, 0.1):
         vehicle = fleet_of(platform, noise=noise).vehicles[0]
@@ -179,6 +229,8 @@ def test_more_information_narrows_and_the_seed_decides(platform):
         words, told = expected_sentence(shown.of(0), -2.0), information is Information.receptances
         assert ("The loudest line of a car is expected to change by" in words) == told
         assert ("The loudest line of a car may change by" in words) != told
+        points = information is Information.driving_points
+        assert ("Of the bodies the driving points are known" in words) == points
         report = Report("cars", "what is expected?")
         report_expected(report, shown, ["first", "second"], group.names)
         table = report.tables["expected"].set_index(["design", "vehicle"])

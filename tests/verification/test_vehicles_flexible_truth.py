@@ -210,7 +210,7 @@ def test_receptances_that_no_body_has_are_refused():
     for sentence, change in refusals.items():
         with pytest.raises(InputError, match=f"vehicle v1: its receptance {sentence}"):
             other(fleet, change)
-    with pytest.raises(InputError, match=r"vehicles \['v1'\] have no receptance"):
+    with pytest.raises(InputError, match=r"vehicles \['v1'\] have neither receptance nor driving"):
         model(False, other(fleet, lambda _: None))
     shifted = other(fleet, lambda frf: replace(frf, frequency=frf.frequency + 0.25))
     with pytest.raises(InputError, match="v1: its receptance has other lines than load case r"):

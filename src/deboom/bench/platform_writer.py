@@ -26,6 +26,7 @@ from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import SIDES, VirtualBench, load_bench
 from deboom.bench.signals import complex_normal
 from deboom.common import AXES, Progress
+from deboom.errors import InputError
 from deboom.files import platform, rows, tables
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.schema import dump_toml
@@ -59,6 +60,7 @@ def write_platform(
     truth_seed: int = 1,
     tilt: float = 0.0,
     receptance: bool = False,
+    driving_points: bool = False,
     body_scatter: float = 1.0,
     family: str = "",
     load_cases: tuple[PlannedRun, ...] = layout.LOAD_CASES,
@@ -84,6 +86,8 @@ def write_platform(
         `truth_seed` draws [deg].
     receptance : bool
         Measure the receptance of every body between its paths as well, on another day.
+    driving_points : bool
+        Measure it at the paths alone instead, along the force: the same numbers.
     body_scatter : float
         Factor on what cars of one drawing differ by [1], see `deboom.bench.fleet.load_fleet`; seed
         1, whose fleet is frozen, takes 1 alone.
@@ -103,12 +107,15 @@ def write_platform(
     Raises
     ------
     InputError
-        Seed below 1; a tilt below 0 or above 90 degrees; a body scatter below 0, or another one
-        than 1 with seed 1; a family that does not exist; a folder that is not empty or cannot be
-        written.
+        Receptances and driving points together; seed below 1; a tilt below 0 or above 90 degrees; a
+        body scatter below 0, or another one than 1 with seed 1; a family that does not exist; a
+        folder that is not empty or cannot be written.
     """
     writing.check_seed(seed)
     writing.check_seed(truth_seed)
+    if receptance and driving_points:
+        raise InputError("a receptance has the driving points in it: write one of both")
+    body_file = "receptance" if receptance else "driving_points" if driving_points else ""
     drawn = draw_family(family, seed, truth_seed)
     fleet, bench = drawn.fleet(body_scatter), drawn.bench(load_bench(truth_seed, tilt))
     if groups:
@@ -117,7 +124,7 @@ def write_platform(
     n_file = len(load_cases) + len(fleet.bodies) + 1
     with complete_or_not_at_all(Path(folder)) as unfinished:
         files = _write_files(
-            unfinished, drawn, fleet, bench, load_cases, per_piece=per_piece, receptance=receptance
+            unfinished, drawn, fleet, bench, load_cases, per_piece=per_piece, body_file=body_file
         )
         for done, name in enumerate(files, 1):
             if progress is not None:
@@ -203,9 +210,12 @@ def _write_files(
     load_cases: tuple[PlannedRun, ...],
     *,
     per_piece: bool,
-    receptance: bool,
+    body_file: str,
 ) -> Iterator[str]:
-    """Draw everything, and write every file; give the name of the larger ones."""
+    """Draw everything, and write every file; give the name of the larger ones.
+
+    - `body_file`: key of what is measured of the bodies; ``""``: nothing.
+    """
     seed, budget = family.seed, family.budget(sensors.ErrorBudget())
     lines = family.measured(layout.FREQUENCY)
     # one child per purpose, so that a change of one draw leaves the others as they are
@@ -253,8 +263,13 @@ def _write_files(
         name = f"noise_transfer/{vehicle}.uff"
         write_uff(folder / name, _noise_transfer_functions(heard, vehicle, node, listed, lines))
         transfers[vehicle] = true
-        if receptance:
-            _write_receptance(folder, family, vehicle, body, listed, lines, per_piece=per_piece)
+        if body_file:
+            functions = _body_functions(family, vehicle, body, listed, lines, per_piece=per_piece)
+            if body_file == "driving_points":
+                functions = functions[:: len(listed) + 1]
+            (folder / body_file).mkdir(exist_ok=True)
+            # an abscissa with gaps is uneven, and binary files have even ones alone
+            write_uff(folder / f"{body_file}/{vehicle}.uff", functions, binary=bool(lines.all()))
         yield name
 
     np.savez(
@@ -290,7 +305,7 @@ def _write_files(
         "platform",
         "platform.toml",
     )
-    file = _platform_file(bench, sheet, wheel_end_mass, fleet, load_cases, receptance=receptance)
+    file = _platform_file(bench, sheet, wheel_end_mass, fleet, load_cases, body_file=body_file)
     dump_toml(folder / "platform.toml", file)
     yield "platform.toml"
 
@@ -342,8 +357,7 @@ def _noise_transfer_functions(
     ]
 
 
-def _write_receptance(
-    folder: Path,
+def _body_functions(
     family: Family,
     vehicle: str,
     body: Body,
@@ -351,14 +365,14 @@ def _write_receptance(
     lines: BoolArray,
     *,
     per_piece: bool,
-) -> None:
-    """Measure a body between its paths with a hammer, on another day, UFF type 4."""
+) -> list[UffFunction]:
+    """Measure a body between its paths with a hammer, on another day, row by row, UFF type 4."""
     generator = np.random.default_rng([family.seed, zlib.crc32(f"receptance {vehicle}".encode())])
     struck = scattered_body(body, BodySpread(), generator)
     values = path_receptance(struck, layout.FREQUENCY, per_piece=per_piece)
     noise = complex_normal(values.shape, generator) / np.sqrt(2.0)
     values = values * (1.0 + family.values["noise"] * RECEPTANCE_NOISE * noise)
-    functions = [
+    return [
         writing.function(
             writing.FRF,
             layout.FREQUENCY[lines],
@@ -370,9 +384,6 @@ def _write_receptance(
         for row, (point, axis) in enumerate(listed)
         for column, (struck_point, along) in enumerate(listed)
     ]
-    (folder / "receptance").mkdir(exist_ok=True)
-    # an abscissa with gaps is uneven, and binary files have even ones alone
-    write_uff(folder / f"receptance/{vehicle}.uff", functions, binary=bool(lines.all()))
 
 
 def _channel_rows(
@@ -408,7 +419,7 @@ def _platform_file(
     fleet: BenchFleet,
     load_cases: tuple[PlannedRun, ...],
     *,
-    receptance: bool,
+    body_file: str,
 ) -> platform.PlatformFile:
     """Return the content of ``platform.toml``."""
     return platform.PlatformFile(
@@ -428,7 +439,7 @@ def _platform_file(
                 group=vehicle.rpartition("-")[0],
                 noise_transfer=f"noise_transfer/{vehicle}.uff",
                 ear_node=node,
-                receptance=f"receptance/{vehicle}.uff" if receptance else None,
+                **({body_file: f"{body_file}/{vehicle}.uff"} if body_file else {}),
             )
             for node, vehicle in enumerate(fleet.bodies, layout.FIRST_EAR_NODE)
         ),

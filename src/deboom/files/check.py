@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -31,6 +32,7 @@ from deboom.mounts.mount import in_mount_axes, not_identified, refuse_active_mou
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import not_rigid
 from deboom.physics.sound_level import spl
+from deboom.vehicles.expected_change import Information, known_of_body
 from deboom.vehicles.fleet import Band, path_contributions
 from deboom.vehicles.platform import BAND, LIBRARY_FILE, PLATFORM_FILE, MountSource, Platform
 from deboom.vehicles.plausibility import of_moving_body, rigid_share
@@ -258,6 +260,8 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
     for group in groups:
         names = [entry.name for entry in platform.fleet.vehicles if entry.group == group]
         yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"
+    if words := bodies_in_words(platform):
+        yield "bodies", words
     yield (
         "lines",
         f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz, "
@@ -323,6 +327,16 @@ def _peak_in_words(platform: Platform, name: str) -> str:
 def _alarms(judged: Sequence[CrossStiffness]) -> list[str]:
     """Return a sentence for each mount that seems to stand at an angle that is not stated."""
     return [mount.sentence for mount in judged if mount.evident]
+
+
+def bodies_in_words(platform: Platform) -> str:
+    """Say of how many vehicles what is known of the body; empty where nothing is."""
+    numbers = Counter(map(known_of_body, platform.fleet.vehicles))
+    numbers.pop(Information.unknown, None)
+    words = ", ".join(f"{state.value} of {number} vehicles" for state, number in numbers.items())
+    if Information.driving_points in numbers:
+        words += "; in coupled motion a driving point gives way to its own force alone"
+    return words
 
 
 def pieces_in_words(platform: Platform) -> str:

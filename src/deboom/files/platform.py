@@ -71,6 +71,9 @@ from deboom.vehicles.platform import LIBRARY_FILE, PLATFORM_FILE, MissingLibrary
 from deboom.vehicles.powertrain import Powertrain
 
 RECEPTANCE_UNIT = "m/N"
+DRIVING_POINT = "driving point"
+_ORDINATE = {NOISE_TRANSFER: "pressure", DRIVING_POINT: "displacement"}
+"""Of functions per force; spectra are named by theirs."""
 LOWEST, HIGHEST = 15.0, 140.0
 """Where the model of a drive on its mounts holds [Hz]."""
 SPECTRA = (0, 12, 27)
@@ -151,6 +154,38 @@ def receptance_frf(path: Path, item: str, rows: Sequence[ChannelRow]) -> Frf:
     return matrix.frf(dofs, dofs, "displacement", RECEPTANCE_UNIT)
 
 
+def driving_points_frf(path: Path, item: str, rows: Sequence[ChannelRow]) -> Frf:
+    """Read the receptance of a vehicle's body at each of its paths, along the force there.
+
+    - `path`: UFF file of displacement per force, UFF function type 4, or a table with a column per
+      path.
+    - `item`, `rows`: as for `receptance_frf`.
+    - returns: from all paths to all paths, 0 between different ones (`Vehicle.receptance`).
+    - raises InputError: a function that is missing, doubled, or of another type or unit; one
+      between two paths, which a receptance takes.
+    """
+    matrix = _opened(path, item, rows, (FRF,), DRIVING_POINT)
+    dofs = [Dof(row.channel, row.node, row.direction, quantity=DRIVING_POINT) for row in rows]
+    name_of = {(dof.node, dof.direction): dof.name for dof in dofs}
+    for each in matrix.functions:
+        motion = name_of.get((each.response_node, each.response_direction))
+        force = name_of.get((each.reference_node, each.reference_direction))
+        if motion and force and motion != force:
+            raise matrix.error(
+                f"the file has {motion} per {force}, which is no driving point: give the functions "
+                "between all paths with the key 'receptance', or the driving points alone"
+            )
+    values = np.zeros((matrix.axis.size, len(dofs), len(dofs)), dtype=np.complex128)
+    with telling() as tell:
+        for at, dof in enumerate(dofs):
+            with noting(tell):
+                values[:, at, at] = matrix.function(
+                    dof, replace(dof, name=""), ordinate="displacement", unit=RECEPTANCE_UNIT
+                )
+    names = tuple(dof.name for dof in dofs)
+    return Frf(matrix.axis, values, names, names, RECEPTANCE_UNIT, matrix.added_decay_rate)
+
+
 def operating_columns(
     path: Path, item: str, order: float, rows: Sequence[ChannelRow]
 ) -> tuple[Columns, ...]:
@@ -174,9 +209,13 @@ def operating_columns(
 
 
 def _opened(
-    path: Path, item: str, rows: Sequence[ChannelRow], types: tuple[int, ...]
+    path: Path,
+    item: str,
+    rows: Sequence[ChannelRow],
+    types: tuple[int, ...],
+    quantity: str = "",
 ) -> FunctionMatrix:
-    """Functions of a file at the nodes of the rows."""
+    """Functions of a file at the nodes of the rows, by default of the quantity of each row."""
     if not is_table(path):
         nodes = {row.node for row in rows}
         functions = [
@@ -189,29 +228,30 @@ def _opened(
     functions = []
     with telling() as tell:
         for row in rows:
-            with noting(tell), naming(f"{path}: {item}: {row.quantity} '{row.channel}'"):
-                functions.append(_of_table(table, row))
+            of_row = quantity or row.quantity
+            with noting(tell), naming(f"{path}: {item}: {of_row} '{row.channel}'"):
+                functions.append(_of_table(table, row, of_row))
     return FunctionMatrix(path, item, types, functions)
 
 
-def _of_table(table: FunctionTable, row: ChannelRow) -> UffFunction:
+def _of_table(table: FunctionTable, row: ChannelRow, quantity: str) -> UffFunction:
     """Make a function of the table's columns, at the degree of freedom of the channel table."""
-    transfer = row.quantity == NOISE_TRANSFER
-    unit, values = table.spectrum(row.channel if transfer else f"{row.channel} {row.quantity}")
+    to_ear, per_force = quantity == NOISE_TRANSFER, quantity in (NOISE_TRANSFER, DRIVING_POINT)
+    unit, values = table.spectrum(row.channel if per_force else f"{row.channel} {quantity}")
     ordinate, _, denominator = unit.si.partition("/")
     return UffFunction(
         abscissa=table.frequency,
         values=values,
-        function_type=FRF if transfer else SPECTRA[0],
-        response_node=0 if transfer else row.node,
-        response_direction="scalar" if transfer else row.direction,
-        reference_node=row.node if transfer else 0,
-        reference_direction=row.direction if transfer else "scalar",
-        ordinate="pressure" if transfer else row.quantity,
+        function_type=FRF if per_force else SPECTRA[0],
+        response_node=0 if to_ear else row.node,
+        response_direction="scalar" if to_ear else row.direction,
+        reference_node=row.node if per_force else 0,
+        reference_direction=row.direction if per_force else "scalar",
+        ordinate=_ORDINATE.get(quantity, quantity),
         ordinate_unit=ordinate,
         denominator="force" if denominator else "none",
         denominator_unit=denominator,
-        response_name="ear" if transfer else "",
+        response_name="ear" if to_ear else "",
         file_unit=unit.label,
         id_lines=added_decay_line(table.added_decay_rate),
     )
@@ -376,6 +416,8 @@ class VehicleEntry(StrictModel):
     ear_node: Number | None = Field(default=None, validate_default=True)
     # displacement per force of the trimmed body between all paths, UFF; without, it is at rest
     receptance: RelativePath | None = None
+    # the same at each path along its force alone, UFF or a table
+    driving_points: RelativePath | None = None
 
     @field_validator("ear_node")
     @classmethod
@@ -384,6 +426,18 @@ class VehicleEntry(StrictModel):
         if node is None and PurePosixPath(name).suffix.lower() not in ("", *TABLE_ENDINGS):
             raise ValueError("functions by node need the response node of the driver's ear: add it")
         return node
+
+    @field_validator("driving_points")
+    @classmethod
+    def _without_receptance(cls, path: str | None, others: ValidationInfo) -> str | None:
+        if path is not None and others.data.get("receptance") is not None:
+            raise ValueError("the receptance has the driving points in it: keep one of both keys")
+        return path
+
+    @property
+    def body(self) -> str | None:
+        """File of what is known of the body; None: it is at rest."""
+        return self.receptance or self.driving_points
 
 
 class LoadCaseEntry(StrictModel):
@@ -549,7 +603,7 @@ class Functions:
 
     - `frequency` (f,): lines that all functions share [Hz].
     - `noise_transfer`: by vehicle.
-    - `receptance`: by vehicle that has one [m/N].
+    - `receptance`: by vehicle that has one, or driving points [m/N].
     - `operating`: displacement and force, by load case.
     - `engine_torque`: by load case, where it was recorded [N m].
     """
@@ -605,11 +659,10 @@ def read_functions(folder: Path, file: PlatformFile, tables: Tables) -> Function
                 noise_transfer[vehicle.name] = noise_transfer_columns(
                     folder / vehicle.noise_transfer, item, vehicle.ear_node, paths
                 )
-            if vehicle.receptance is not None:
+            if vehicle.body is not None:
+                read = receptance_frf if vehicle.receptance else driving_points_frf
                 with noting(tell):
-                    receptance[vehicle.name] = receptance_frf(
-                        folder / vehicle.receptance, item, paths
-                    )
+                    receptance[vehicle.name] = read(folder / vehicle.body, item, paths)
         for case in file.load_cases:
             order = case.order or file.engine.dominant_order
             with noting(tell):
@@ -631,11 +684,13 @@ def read_functions(folder: Path, file: PlatformFile, tables: Tables) -> Function
                     engine_torque[case.name] = read_torque_table(
                         folder / case.torque_table, frequency
                     )
-        for name, frf in receptance.items():
-            if not same_lines(frequency, frf.frequency):
+        for vehicle in file.vehicles:
+            frf = receptance.get(vehicle.name)
+            if frf is not None and not same_lines(frequency, frf.frequency):
                 where = first_difference(frequency, frf.frequency)
-                sentence = f"the receptance of vehicle {name} is not on the lines of the others"
-                tell(InputError(f"{folder}: {sentence}: {where}; export all on the same lines"))
+                owner = f"{folder / str(vehicle.body)}: vehicle {vehicle.name}"
+                sentence = f"{owner}: its lines are not those of the noise transfer functions"
+                tell(InputError(f"{sentence}: {where}; export all on the same lines"))
     return Functions(frequency, noise_transfer, receptance, operating, engine_torque)
 
 
@@ -643,7 +698,7 @@ def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Funct
     """Put a platform together from what its files hold."""
     inputs = [folder / name for name in (PLATFORM_FILE, file.mount_table, file.channel_table)]
     for vehicle in file.vehicles:
-        inputs += [folder / name for name in (vehicle.noise_transfer, vehicle.receptance) if name]
+        inputs += [folder / name for name in (vehicle.noise_transfer, vehicle.body) if name]
     for entry in file.load_cases:
         inputs += [folder / name for name in (entry.operating, entry.torque_table) if name]
     read = with_their_tables(inputs)

@@ -181,17 +181,30 @@ def expected_sentence(expected: ExpectedChange | str, predicted: float) -> str:
     return (
         f"Expected in these cars: {expected_words(expected.mean)}{worst}. The model says "
         f"{signed(predicted, 1)} dB: it leaves out bodies that give way, warmer or older rubber, "
-        f"and amplitudes. {_loudest_line(expected)}. Of the bodies "
-        f"{KNOWN_OF_BODIES[expected.information]}."
+        f"and amplitudes. {_loudest_line(expected)}. Of the bodies {_known_of_bodies(expected)}."
     )
 
 
-KNOWN_OF_BODIES = {
-    Information.unknown: "nothing is known; driving points at the mounts would narrow the interval",
-    Information.driving_points: "the driving points are known; all receptances would tell more",
-    Information.receptances: "the receptances at the mounts are known",
-}
-"""What an interval rests on, and what would make it narrower."""
+LITTLE_NARROWER = 0.1
+"""Share of an interval by which it is hardly narrower [1]."""
+
+
+def _known_of_bodies(expected: ExpectedChange) -> str:
+    """Say what an interval rests on, and what would make it narrower."""
+    if expected.information is Information.receptances:
+        return "the receptances at the mounts are known"
+    if expected.information is Information.driving_points:
+        return (
+            "the driving points are known and what passes between them is drawn; all receptances "
+            "would tell more"
+        )
+    narrower = 1.0 - float(expected.with_points)
+    if narrower < LITTLE_NARROWER:
+        return "nothing is known; driving points at the mounts would hardly narrow the interval"
+    return (
+        "nothing is known; driving points at the mounts would narrow the interval of a car by "
+        f"about {round(PERCENT * narrower, -1):.0f} %"
+    )
 
 
 def expected_on_average(expected: ExpectedChange | str, predicted: float) -> str:

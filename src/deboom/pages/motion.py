@@ -116,9 +116,16 @@ def report_runs(report: Report, runs: Runs) -> None:
     report.assume(*runs.assumed)
     report.warn(runs.not_coupled)
     # not above: it imports the readers of every kind of folder, for which a model alone would wait
-    from deboom.files.check import band_in_words, pieces_in_words, unidentified_in_words
+    from deboom.files.check import (
+        band_in_words,
+        bodies_in_words,
+        pieces_in_words,
+        unidentified_in_words,
+    )
 
     report.warn(band_in_words(runs.platform, runs.band))
+    if words := bodies_in_words(runs.platform):
+        report.facts["bodies"] = words
     if words := pieces_in_words(runs.platform):
         report.facts["pieces"] = words
     if words := unidentified_in_words(runs.platform, [case for case, _ in runs.cases]):

@@ -252,7 +252,8 @@ def amplitude_motion(
     if isinstance(coupled, FlexibleMotion):
         raise InputError(
             "stiffnesses that follow amplitude or preload go with bodies at rest: leave the "
-            "receptances of the vehicles out, or take coupled motion with dynamic factors"
+            "receptances or driving points of the vehicles out, or take coupled motion with "
+            "dynamic factors"
         )
     inside = np.isin(load_case.displacement.frequency, coupled.frequency)
     torque = load_case.wheel_torque[inside]

@@ -494,7 +494,8 @@ def _receptance(
         return None
     if without:
         raise InputError(
-            f"vehicles {without} have no receptance, the others have one: give it for all, or none"
+            f"vehicles {without} have neither receptance nor driving points, the others have one: "
+            "give it for all, or none"
         )
     values = []
     for name, receptance in given.items():

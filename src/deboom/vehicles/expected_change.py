@@ -38,7 +38,7 @@ LINE_STEP = 2
 
 
 class Information(Enum):
-    """What is known of the bodies at their mounts."""
+    """What is known of the bodies at their mounts, least first."""
 
     unknown = "bodies unknown"
     driving_points = "driving points"
@@ -47,6 +47,12 @@ class Information(Enum):
 
 N_DRAWS = {Information.unknown: 160, Information.driving_points: 48, Information.receptances: 48}
 """Draws of bodies and rubber [1]: an unknown body is the same one for all vehicles and cheap."""
+
+BODIES_TO_STRIKE = 3
+"""Bodies of the prior whose driving points are taken as measured, to say what these would tell."""
+
+STRUCK_NOISE = 0.05
+"""Relative noise of these driving points [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +78,8 @@ class ExpectedChange:
     - `peaks`: loudest line of the first load case, in each vehicle, (n, v) [dB]. Without
       receptances its expected value says little: state the bounds alone.
     - `predicted`: `cars` as the model of the data has it, (n, v) [dB].
+    - `with_points`: width that the intervals of cars are expected to have with driving points, over
+      that of `cars`, (n,) [1]; nan where more than nothing is known of bodies.
     """
 
     information: Information
@@ -80,13 +88,22 @@ class ExpectedChange:
     worst: Interval
     peaks: Interval
     predicted: RealArray
+    with_points: RealArray
 
     def of(self, pick: int) -> ExpectedChange:
         """Return what is expected of one pick, by its row."""
         cars, mean, worst, peaks = (
             part.of(pick) for part in (self.cars, self.mean, self.worst, self.peaks)
         )
-        return ExpectedChange(self.information, cars, mean, worst, peaks, self.predicted[pick])
+        return replace(
+            self,
+            cars=cars,
+            mean=mean,
+            worst=worst,
+            peaks=peaks,
+            predicted=self.predicted[pick],
+            with_points=self.with_points[pick],
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +112,8 @@ class ChangeDraws:
 
     - `predicted` (n, v), `drawn` (d, n, v): mean level over the lines [dB].
     - `predicted_peak`, `drawn_peak`: loudest line of the first load case, likewise [dB].
+    - `struck` (b, d, n, v): `drawn`, if the driving points of body b of the prior were measured;
+      without a body where more than nothing is known [dB].
     """
 
     information: Information
@@ -102,6 +121,7 @@ class ChangeDraws:
     drawn: RealArray
     predicted_peak: RealArray
     drawn_peak: RealArray
+    struck: RealArray
 
 
 Model = BoomingModel | CatalogueModel
@@ -164,7 +184,7 @@ def expected_change(
         Designs, the same in all vehicles or one for each [1]. Today's parts have all factors 1, and
         of a catalogue number 0.
     information : Information, optional
-        What of the bodies is used; by default receptances where there are any.
+        What of the bodies is used; by default all that is known of every vehicle's.
     weights : array, shape (v,), optional
         Of the vehicles in the mean [1]; by default all alike.
     seed : int
@@ -173,8 +193,8 @@ def expected_change(
     Raises
     ------
     InputError
-        A model of which nothing is expected, see `expected_or_why`; no vehicle has a receptance,
-        and driving points or receptances are asked for; no model of data measured again.
+        A model of which nothing is expected, see `expected_or_why`; driving points or receptances
+        are asked for that not all vehicles have; no model of data measured again.
 
     Notes
     -----
@@ -193,15 +213,25 @@ def stated(draws: ChangeDraws, weights: RealArray | None = None) -> ExpectedChan
     key = draws.information.name
     of_model = fleet_statistics(draws.predicted, weights)
     of_draws = fleet_statistics(draws.drawn, weights)
+    cars = interval(draws.predicted, draws.drawn, prior.CENTRE[key], prior.WIDTH[key])
+    points = Information.driving_points.name
+    struck = [
+        interval(draws.predicted, drawn, prior.CENTRE[points], prior.WIDTH[points])
+        for drawn in draws.struck
+    ]
+    widths = [np.mean(each.high - each.low, axis=-1) for each in (cars, *struck)]
     return ExpectedChange(
         information=draws.information,
-        cars=interval(draws.predicted, draws.drawn, prior.CENTRE[key], prior.WIDTH[key]),
+        cars=cars,
         mean=interval(of_model[0], of_draws[0], prior.CENTRE[key], prior.MEAN_WIDTH[key]),
         worst=interval(of_model[1], of_draws[1], prior.CENTRE[key], prior.WORST_WIDTH[key]),
         peaks=interval(
             draws.predicted_peak, draws.drawn_peak, prior.PEAK_CENTRE, prior.PEAK_WIDTH[key]
         ),
         predicted=draws.predicted,
+        with_points=np.mean(widths[1:], axis=0) / widths[0]
+        if struck
+        else np.full(len(widths[0]), np.nan),
     )
 
 
@@ -250,12 +280,14 @@ def change_draws(
         raise InputError(reason)
     if not again:
         raise InputError("an expected change needs data measured again: draw some")
-    told = [vehicle.receptance is not None for vehicle in fleet.vehicles]
-    information = information or (Information.receptances if all(told) else Information.unknown)
-    if information is not Information.unknown and not all(told):
+    states = [known_of_body(vehicle) for vehicle in fleet.vehicles]
+    rank = list(Information).index
+    information = information or min(states, key=rank)
+    lacking = sum(rank(state) < rank(information) for state in states)
+    if lacking:
         raise InputError(
-            f"{information.value} are asked for, and {told.count(False)} vehicles have none: "
-            "measure them in all vehicles, or take the bodies as unknown"
+            f"{information.value} are asked for, and {lacking} vehicles have none: measure them in "
+            "all vehicles, or take the bodies as unknown"
         )
     each = np.atleast_2d(np.asarray(picks, dtype=float))
     n_variable = len(model.variable_names)
@@ -269,14 +301,23 @@ def change_draws(
     of_model = [model.levels(designs, name) for name in model.load_case_names]
     predicted = _changes(of_model, model.weights)
     on_fewer = _changes([levels[..., lines] for levels in of_model], model.weights)
-    drawn = []
-    for number in range(N_DRAWS[information]):
-        generator = np.random.default_rng([seed, zlib.crc32(b"expected change"), number])
-        body, rubber = bodies.draw(generator), _Rubber.draw(generator, mounts)
-        levels = [case.levels(body, rubber) for case in measured[number % len(measured)]]
-        drawn.append(_changes(levels, model.weights))
-    mean, peak = np.moveaxis(np.array(drawn) + (predicted - on_fewer), 1, 0)
-    changes = predicted[0], mean, predicted[1], peak
+
+    def drawn(bodies: _Bodies) -> RealArray:
+        changes = []
+        for number in range(N_DRAWS[bodies.information]):
+            generator = np.random.default_rng([seed, zlib.crc32(b"expected change"), number])
+            body, rubber = bodies.draw(generator), _Rubber.draw(generator, mounts)
+            levels = [case.levels(body, rubber) for case in measured[number % len(measured)]]
+            changes.append(_changes(levels, model.weights))
+        return np.moveaxis(np.array(changes) + (predicted - on_fewer), 1, 0)
+
+    mean, peak = drawn(bodies)
+    n_struck = BODIES_TO_STRIKE if information is Information.unknown else 0
+    struck = np.empty((n_struck, N_DRAWS[Information.driving_points], *mean.shape[1:]))
+    for number in range(n_struck):
+        generator = np.random.default_rng([seed, zlib.crc32(b"driving points"), number])
+        struck[number] = drawn(bodies.struck(generator))[0]
+    changes: tuple[RealArray, ...] = predicted[0], mean, predicted[1], peak, struck
     if each.ndim > 2:  # each vehicle with its own design
         shape = (*each.shape[:2], len(fleet.vehicles))
         changes = tuple(
@@ -284,6 +325,14 @@ def change_draws(
             for values in changes
         )
     return ChangeDraws(information, *changes)
+
+
+def known_of_body(vehicle: Vehicle) -> Information:
+    """Tell how much is known of a vehicle's body."""
+    if vehicle.receptance is None:
+        return Information.unknown
+    points = vehicle.has_driving_points_alone
+    return Information.driving_points if points else Information.receptances
 
 
 def _cases_of(model: Model, designs: RealArray, lines: IntArray) -> list[_Case]:
@@ -498,6 +547,12 @@ class _Bodies:
             ]
             paths = np.stack([np.tril(y) + np.tril(y, -1).swapaxes(1, 2) for y in drawn])
         return np.asarray(self.share @ paths @ self.share.T)
+
+    def struck(self, generator: np.random.Generator) -> _Bodies:
+        """Draw a body, and return the bodies as if its driving points were measured."""
+        body = self._unknown(generator)[np.newaxis]
+        state, noise = Information.driving_points, np.array([STRUCK_NOISE])
+        return replace(self, information=state, receptance=body, noise=noise)
 
     @property
     def _driving_points(self) -> ComplexArray:

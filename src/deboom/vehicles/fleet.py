@@ -36,7 +36,8 @@ class Vehicle:
     - `noise_transfer`: one output, the ear; one input per path, ``<mount> <axis>``, or
       ``<mount> <piece> <axis>`` for every piece [Pa/N].
     - `receptance`, optional: displacement of the trimmed body at every path per force at every
-      path, with the paths as outputs and inputs; the body of None stays at rest [m/N].
+      path, with the paths as outputs and inputs; the body of None stays at rest [m/N]. Functions
+      between different paths that are all 0 are not known: `has_driving_points_alone`.
     - raises InputError: another unit than Pa/N, or not exactly one output; a receptance of other
       paths or another unit, that is not reciprocal, or that would give energy.
     """
@@ -61,6 +62,18 @@ class Vehicle:
             )
         if self.receptance is not None:
             _check_receptance(self.name, self.receptance, self.noise_transfer.inputs)
+
+    @property
+    def has_driving_points_alone(self) -> bool:
+        """Tell whether of the body nothing is known between different paths.
+
+        In coupled motion each point of such a body gives way to the force on itself alone.
+        """
+        if self.receptance is None:
+            return False
+        paths = self.receptance.inputs
+        values = self.receptance.select(outputs=paths).values
+        return len(paths) > 1 and not np.any(values[:, ~np.eye(len(paths), dtype=bool)])
 
 
 NOT_RECIPROCAL = 0.5

@@ -28,7 +28,7 @@ from deboom.report import Report
 
 
 def campaign(folder):
-    time_run = TimeRunPlan(last_speed=1520.0, duration=1.5, sample_rate=1024.0)
+    time_run = TimeRunPlan(last_speed=1600.0, duration=4.0, sample_rate=1024.0)
     lines = np.linspace(20.0, 80.0, 25)
     runs = (PlannedRun(5, 220.0, full_load=True),)
     plan = CampaignPlan(("M1",), runs, shaker_repeats=1, time_run=time_run, frequency=lines)

@@ -97,14 +97,12 @@ WORDS: Mapping[str, Word] = {
     "sigma_part": Word("share of the scatter", "Anteil der Streuung", PER_CENT, 1),
     "design": Word("design", "Entwurf"),
     "level": Word("mean level", "mittlerer Pegel", "dB(A)", 1),
-    "expected_change": Word("expected change", "erwartete Änderung", DB, 1),
+    "expected_change": Word("expected", "erwartet", DB, 1),
     "expected_low": Word("from, 90 %", "von, 90 %", DB, 1),
     "expected_high": Word("to, 90 %", "bis, 90 %", DB, 1),
-    "change": Word("change in the model", "Änderung im Modell", DB, 2),
-    "change_half_width": Word("± 90 %, measurements", "± 90 %, Messungen", DB, 2),
-    "other_model": Word(
-        "change by a second vehicle model", "Änderung im zweiten Fahrzeugmodell", DB, 2
-    ),
+    "change": Word("in the model", "im Modell", DB, 2),
+    "change_half_width": Word("± 90 %", "± 90 %", DB, 2),
+    "other_model": Word("second model", "zweites Modell", DB, 2),
     # part numbers, fields, what it rests on, what moved, curves
     "vehicles": Word("vehicles", "Fahrzeuge"),
     "stated": Word("of today's, |K|", "vom heutigen, |K|"),

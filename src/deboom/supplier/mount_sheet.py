@@ -270,11 +270,9 @@ class MountSheet(PartSheet):
             )
         else:
             text += self.say(
-                " The expected change is that of cars as they are; its 90 % interval also holds "
-                "what bodies, rubber and amplitudes may do. The change beside it is the model's.",
-                " Die erwartete Änderung ist die der Fahrzeuge, wie sie sind; ihr 90-%-Intervall "
-                "enthält auch, was Karosserien, Gummi und Amplituden bewirken können. Die Änderung "
-                "daneben ist die des Modells.",
+                " Expected is the change in cars, with what bodies, rubber and amplitudes may do.",
+                " Erwartet ist die Änderung in Fahrzeugen, mit dem, was Karosserien, Gummi und "
+                "Amplituden bewirken können.",
             )
         if "other_model" in self.levels:
             text += self.say(

@@ -100,7 +100,7 @@ WORDS: Mapping[str, Word] = {
     "expected_change": Word("expected", "erwartet", DB, 1),
     "expected_low": Word("from, 90 %", "von, 90 %", DB, 1),
     "expected_high": Word("to, 90 %", "bis, 90 %", DB, 1),
-    "change": Word("in the model", "im Modell", DB, 2),
+    "change": Word("change, model", "Änderung, Modell", DB, 2),
     "change_half_width": Word("± 90 %", "± 90 %", DB, 2),
     "other_model": Word("second model", "zweites Modell", DB, 2),
     # part numbers, fields, what it rests on, what moved, curves

@@ -326,7 +326,7 @@ def _peak_in_words(platform: Platform, name: str) -> str:
 
 def _alarms(judged: Sequence[CrossStiffness]) -> list[str]:
     """Return a sentence for each mount that seems to stand at an angle that is not stated."""
-    return [mount.sentence for mount in judged if mount.evident]
+    return [mount.sentence for mount in judged if mount.clear]
 
 
 def bodies_in_words(platform: Platform) -> str:

@@ -94,18 +94,13 @@ class CrossStiffness:
 
     @property
     def clear(self) -> bool:
-        """Whether the mount clearly stands otherwise than stated, or has cross stiffness."""
-        return self.by_angle > CLEAR or self.by_cross > CLEAR_CROSS
+        """Whether the mount clearly stands otherwise than stated, or has cross stiffness.
 
-    @property
-    def evident(self) -> bool:
-        """Whether it is clear, and its size is known or it is beyond what noise imitates.
-
-        In a laboratory with four times the stated noise, three runs bring up to 8 for angles of a
-        parallel mount whose size stays open.
+        An angle whose size stays open must bring more: in a laboratory with four times the stated
+        noise, three runs bring up to 8 for such angles of a parallel mount.
         """
         strength = max(self.by_angle, self.by_cross)
-        return self.clear and (any(self.decided) or strength > CLEAR_CROSS)
+        return strength > CLEAR_CROSS or (self.by_angle > CLEAR and any(self.decided))
 
     @property
     def decided(self) -> tuple[bool, bool, bool]:

@@ -6,6 +6,7 @@ says how each was made. Run it as
     python benchmarks/converged_fronts.py [--problem u06_prescribed] [--seeds 5]
     python benchmarks/converged_fronts.py --gradient     # cost of a gradient, side by side
     python benchmarks/converged_fronts.py --write 3      # reference fronts anew, NSGA-II of 3 seeds
+    python benchmarks/converged_fronts.py --drawn 10 --seeds 3   # fleets that no test uses
 """
 
 from __future__ import annotations
@@ -25,10 +26,10 @@ from scipy.optimize import minimize as scipy_minimize
 
 import deboom
 from deboom.arrays import RealArray
-from deboom.explore.descent import objectives_and_gradients
+from deboom.explore.descent import converged_front, objectives_and_gradients
 from deboom.explore.front import pareto_front, thinned
 from deboom.explore.robust import RobustValues
-from deboom.explore.search import Search, nsga2
+from deboom.explore.search import SHOWN, Search, nsga2
 from deboom.vehicles.booming_model import BoomingModel
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
@@ -60,16 +61,23 @@ TARGETS, POINTS = 100, 1500
 """Bounds of each objective that descents keep, and points of a reference front."""
 
 
-def problem(name: str, folder: Path) -> deboom.Robust:
-    """Return the robust response behind a reference front; a virtual fleet is written first."""
-    seed, vehicles, motion = PROBLEMS[name]
+DRAWN = 6001
+"""Seed of the first of the fleets that are drawn for a table."""
+
+
+def problem(fleet: int | None, vehicles: str | None, motion: str, folder: Path) -> deboom.Robust:
+    """Return the robust response of a fleet; a virtual one is written first.
+
+    - `vehicles`: group of vehicles; None: the first of the fleet.
+    """
     platform, source = "u06", {"mounts": "library"}
-    if seed is not None:
-        platform, source = str(folder / f"fleet{seed}"), {"mounts": "spectra"}
+    if fleet is not None:
+        platform, source = str(folder / f"fleet{fleet}"), {"mounts": "spectra"}
         if not Path(platform).exists():
-            deboom.bench.write_platform(Path(platform), seed, truth_seed=4100 + seed)
-    model = deboom.read_platform(platform).model(
-        vehicles=vehicles, band=(20, 60), motion=motion, **source
+            deboom.bench.write_platform(Path(platform), fleet, truth_seed=4100 + fleet)
+    cars = deboom.read_platform(platform)
+    model = cars.model(
+        vehicles=vehicles or cars.fleet.vehicles[0].group, band=(20, 60), motion=motion, **source
     )
     return deboom.Robust(model, model.design_space(), draws=128, seed=1)
 
@@ -124,7 +132,8 @@ def gradient_costs(calls: int) -> pd.DataFrame:
         "tilted": drawn_cars.tilted(coupled),
         "with receptances": drawn_cars.flexible_problem(CARS),
     }
-    robusts = {name: problem(name, Path()) for name in ("u06_prescribed", "u06_coupled")}
+    names = ("u06_prescribed", "u06_coupled")
+    robusts = {name: problem(*PROBLEMS[name], Path()) for name in names}
     for name, case in cases.items():
         model = BoomingModel((case,), (1.0,))
         robusts[f"drawn, {name}"] = deboom.Robust(model, model.design_space(), draws=128, seed=1)
@@ -186,21 +195,48 @@ def constrained(robust: deboom.Robust, begin: RealArray, seed: int) -> RealArray
     return np.array(visited)
 
 
-def write(robust: deboom.Robust, path: Path, seeds: int) -> None:
+def write(robust: deboom.Robust, path: Path, seeds: int) -> RobustValues:
     """Write the front of long searches by NSGA-II, and of descents under bounds from there.
 
     Nothing of `converged_front` has a part in it.
+
+    - returns: the whole front.
     """
     per_line = 1.0 / (robust.evaluate.n_lines * len(robust.evaluate.response_names))
     long = [nsga2(robust, Search(100, 200, seed=101 + number)).front for number in range(seeds)]
     begin = pareto_front(*long)
     print(f"{path.stem}: {len(begin)} points by NSGA-II", flush=True)
     visited = robust(constrained(robust, np.asarray(begin.designs), seed=101))
-    front = thinned(pareto_front(begin, visited), POINTS).objectives * per_line
+    reference = pareto_front(begin, visited)
+    front = thinned(reference, POINTS).objectives * per_line
     print(f"{path.stem}: ends {front.min(axis=0)}, NSGA-II alone "
           f"{begin.objectives.min(axis=0) * per_line}", flush=True)  # fmt: skip
     header = "mean per line [dB(A)],sigma per line [dB]"
     np.savetxt(path, front, fmt="%.7f", delimiter=",", header=header, comments="")
+    return reference
+
+
+def drawn_fleets(n: int, seeds: int) -> pd.DataFrame:
+    """Return how near the descents of each seed come on fleets that are drawn anew."""
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for fleet in range(DRAWN, DRAWN + n):
+            for motion in ("coupled", "prescribed"):
+                robust = problem(fleet, None, motion, Path(folder))
+                objectives_and_gradients(robust, robust.space.nominal)  # compile
+                path = Path(folder) / f"{fleet}_{motion}.csv"
+                best = figures(robust, write(robust, path, 1), path)
+                for seed in range(1, seeds + 1):
+                    begun = time.process_time()
+                    front = converged_front(robust, seed=seed)
+                    spent = time.process_time() - begun
+                    names = {"fleet": fleet, "motion": motion, "seed": seed}
+                    rows.append({**names, **figures(robust, front, path)})
+                    share = f"share of {SHOWN} points [%]"
+                    rows[-1][f"{SHOWN} of the reference [%]"] = best[share]
+                    rows[-1]["processor time [s]"] = spent
+                    print(pd.DataFrame(rows[-1:]).to_string(index=False, header=len(rows) == 1))
+    return pd.DataFrame(rows)
 
 
 def main() -> None:
@@ -210,14 +246,19 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--gradient", action="store_true")
     parser.add_argument("--write", type=int, metavar="SEEDS")
+    parser.add_argument("--drawn", type=int, metavar="FLEETS")
     options = parser.parse_args()
     if options.gradient:
         print(gradient_costs(calls=20).round(2).to_string())
         return
+    if options.drawn:
+        table = drawn_fleets(options.drawn, options.seeds).drop(columns=["fleet", "seed"])
+        print(table.groupby("motion").agg(["min", "median", "max"]).T.to_string())
+        return
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for name in options.problem or PROBLEMS:
-            robust = problem(name, Path(folder))
+            robust = problem(*PROBLEMS[name], Path(folder))
             objectives_and_gradients(robust, robust.space.nominal)  # compile
             if options.write:
                 write(robust, REFERENCE / f"{name}.csv", options.write)

@@ -29,6 +29,8 @@ def figures(robust: deboom.Robust, front: RobustValues, reference: Path) -> dict
     order = np.argsort(few[:, 1])
     gap = np.interp(best[:, 1], few[order, 1], few[order, 0]) - best[:, 0]
     above = 1e3 * (objectives.min(axis=0) - low)
+    # how far the nearest point lies beyond each of the best in its worse objective
+    beyond = np.max(objectives[:, np.newaxis] - best, axis=2).min(axis=0)
     return {
         "points": len(whole),
         "share [%]": 100.0 * volume(objectives) / volume(best),
@@ -36,4 +38,5 @@ def figures(robust: deboom.Robust, front: RobustValues, reference: Path) -> dict
         "best mean above [mdB]": above[0],
         "best sigma above [mdB]": above[1],
         "largest gap at equal sigma [mdB]": 1e3 * gap.max(),
+        "largest distance in both [mdB]": 1e3 * beyond.max(),
     }

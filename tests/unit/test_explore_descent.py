@@ -107,6 +107,17 @@ def test_what_decides_between_few_and_many_designs_is_what_the_text_says():
     assert best.value > 0.0
 
 
+def test_several_searches_descend_from_starts_of_each_seed():
+    both = deboom.search(ROBUST, **BUDGET, searches=2).search
+    alone = [converged_front(ROBUST, seed=seed) for seed in (3, 4)]
+    designs = {design.tobytes() for design in both.evaluated.designs}
+    for front in alone:
+        assert {design.tobytes() for design in front.designs} <= designs
+    box = common_box([both.front.objectives, *(front.objectives for front in alone)])
+    volume = box.hypervolume(both.front.objectives)
+    assert all(volume >= box.hypervolume(front.objectives) for front in alone)
+
+
 def test_a_search_of_a_notebook_goes_on_where_it_was_interrupted(tmp_path, monkeypatch):
     """Nothing that was computed is computed again: neither a generation nor the descents."""
     whole = deboom.search(ROBUST, **BUDGET)

@@ -226,7 +226,8 @@ class Search:
         Seed from 1; the same seed gives the same front for any number of workers. The global random
         generators are neither read nor moved.
     searches : int
-        Seeds from `seed` upwards, whose fronts are merged.
+        Seeds from `seed` upwards, whose fronts are merged; each also draws the designs that
+        descents begin from, so that n searches take n times as long.
     algorithm : str or pymoo algorithm
         ``nsga2``, ``nsga3``, ``age-moea``, ``sms-emoa``, ``moead``, or an object of
         ``pymoo.algorithms.moo`` for several objectives, which is copied; its own population then
@@ -808,15 +809,18 @@ def search(
             progress=told,
             checkpoint=checkpoint,
         )
+        begin = np.asarray(result.front.designs) if robust.limits else None
         for pair in pairs:
-            result = _with_descents(
-                robust,
-                pair,
-                result,
-                seed=settings.seed,
-                progress=told,
-                store=checkpoint(settings.seed) if checkpoint else None,
-            )
+            for each in range(settings.seed, settings.seed + settings.searches):
+                result = _with_descents(
+                    robust,
+                    pair,
+                    result,
+                    seed=each,
+                    begin=begin,
+                    progress=told,
+                    store=checkpoint(each) if checkpoint else None,
+                )
     rows = result.front
     if shown is not None:
         picked = _picked(robust, result.evaluated, polish=gradients)
@@ -878,16 +882,17 @@ def _with_descents(
     result: SearchResult,
     *,
     seed: int,
+    begin: RealArray | None,
     progress: Progress | None,
     store: Store | None,
 ) -> SearchResult:
     """Return a search whose front has converged by descents, which join its archive.
 
     - `pair`: two of its objectives alone, of which more have their best only converge.
+    - `begin` (n, k), optional: designs within all limits that descents begin from too.
     - `store`, optional: where they are kept, as number 0, and taken from where they are the same.
     """
     begun = time.perf_counter()
-    begin = np.asarray(result.front.designs) if robust.limits else None
     words = " ".join(pair.objective_labels).encode()
     mark = zlib.crc32(words + (b"" if begin is None else begin.tobytes()))
     values = _kept_descents(pair, store, mark)

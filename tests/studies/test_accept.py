@@ -143,6 +143,16 @@ def test_a_car_counts_by_vehicle_or_with_all_of_them(tmp_path, together, within)
     assert batch.cars.within.middle == pytest.approx(within, abs=1e-12)
 
 
+def test_parts_may_be_a_table_in_memory(tmp_path):
+    axes = limited_axes(Demand.of_box(box_of()))
+    path = table_of(tmp_path, [0.9, 0.95])
+    table = pd.read_csv(path)
+    assert read_delivered_parts(table, axes) == read_delivered_parts(str(path), axes)
+    table.loc[1, "mount"] = "XXM"
+    with pytest.raises(InputError, match="DataFrame line 2: part 'B1/1': the box knows no mount"):
+        read_delivered_parts(table, axes)
+
+
 def test_a_part_without_a_limited_direction_is_named():
     box = acceptance_box(
         [variable(f"TSM {axis}", 0.8, 1.0, reference_stiffness_n_per_m=2e5) for axis in "xz"],

@@ -218,10 +218,23 @@ def test_a_killed_search_goes_on_with_the_same_bits(told_and_whole):
     pd.testing.assert_frame_equal(resumed.table, whole.table)
 
 
+def test_all_rows_may_train_where_a_few_dozen_are_all_there_is():
+    search = deboom.surrogate_search(FAILING, SPACE, **SMALL | {"budget": 30}, judged=0, seed=2)
+    assert search.surrogate.n_rows == len(search.designs) == 30
+    assert search.table["mean sum by the model [1]"].isna().all()
+    assert (search.table["rows"] == 0).all()
+    assert search.front.note.endswith("The surrogate alone judged the picks.")
+    mean, _ = FAILING.exact_terms(search.front.values.designs, SPACE.relative_sigma)
+    truth = exact_front(FAILING, SPACE)[:, 0]
+    assert mean.sum(axis=(1, 2)).min() < truth.min() + 0.01 * np.ptp(truth)
+
+
 def test_what_has_no_surrogate_is_refused():
     model = ResponseFunction(lambda x: x[:, :1], ("part", "b"), ("y",), "1")
     whole = DesignSpace(("part", "b"), ("1",) * 2, [1, 1], [0, 0], [3, 2], [0, 0], [True, False])
     with pytest.raises(InputError, match="'part' takes whole numbers"):
         deboom.surrogate_search(model, whole)
-    with pytest.raises(InputError, match="give at least 100"):
+    with pytest.raises(InputError, match="give at least 100, or judged=0"):
         deboom.surrogate_search(model, model.design_space(), budget=50)
+    with pytest.raises(InputError, match="judged=1: a share"):
+        deboom.surrogate_search(model, model.design_space(), judged=1.0)

@@ -45,8 +45,6 @@ from deboom.explore.space import (
 from deboom.explore.workers import process_pool
 from deboom.tabled import Tabled
 
-JUDGED = 0.2
-"""Share of the budget with which the true model judges the picks [1]."""
 FIRST = 0.7
 """Share of the training rows that fill the space; uncertain parts of the front get the rest [1]."""
 ROUNDS = 3
@@ -209,6 +207,7 @@ def surrogate_search(
     space: DesignSpace,
     *,
     budget: int = 300,
+    judged: float = 0.2,
     draws: int = 128,
     population: int = 100,
     generations: int = 60,
@@ -226,7 +225,10 @@ def surrogate_search(
     space : DesignSpace
         Bounds and tolerances of its k variables, none of whole numbers.
     budget : int
-        Rows that the true model computes: four fifths train, one fifth judges the picks.
+        Rows that the true model computes, for training and for its judgement of the picks.
+    judged : float
+        Share of them that judges, below 1; 0: none, for models so costly that a few dozen rows are
+        all there is. The table then holds what the surrogate says alone.
     draws : int
         Draws of the scatter on the surrogate, a power of two.
     population, generations : int
@@ -249,8 +251,8 @@ def surrogate_search(
     Raises
     ------
     InputError
-        Names that differ; a whole-number variable; a budget too small for the variables; a model
-        that fails at nearly all rows; a seed below 1.
+        Names that differ; a whole-number variable; a budget too small for the variables or for
+        the judgement; a model that fails at nearly all rows; a seed below 1.
 
     Notes
     -----
@@ -276,17 +278,22 @@ def surrogate_search(
     check_fits(model, space)
     checked_seed(seed)
     k = space.n_variables
-    n_judged = int(JUDGED * budget)
+    if not 0.0 <= judged < 1.0:
+        raise InputError(f"judged={judged:g}: a share of the rows from 0 to below 1")
+    n_judged = int(judged * budget)
     n_train = budget - n_judged
     if space.integer.any():
         raise InputError(
             f"'{space.names[int(np.argmax(space.integer))]}' takes whole numbers, which a Gaussian "
             "process has no order for: search the model itself"
         )
-    if FIRST * n_train < 2 * k or n_judged < 4 * FEWEST:
-        least = int(np.ceil(max(2 * k / FIRST / (1.0 - JUDGED), 4 * FEWEST / JUDGED)))
+    least = 2 * k / FIRST / (1.0 - judged)
+    if judged:
+        least = max(least, 4 * FEWEST / judged)
+    if budget < least:
         raise InputError(
-            f"a budget of {budget} rows is too small for {k} variables: give at least {least}"
+            f"a budget of {budget} rows is too small for {k} variables, of which {100 * judged:g} "
+            f"% judge the picks: give at least {np.ceil(least):.0f}, or judged=0"
         )
     corners = np.stack([space.lower, space.upper])
     factor, added = made_terms(space, np.outer([-TRUNCATION, TRUNCATION], np.ones(k)))
@@ -316,13 +323,13 @@ def surrogate_search(
             verified_with=VERIFIED,
         )
         n_trained = len(rows.designs)
-        judged = _judged(front, rows, n_judged, seed)
-    front = replace(
-        front,
-        note=f"{front.note} The model itself judged the picks with "
-        f"{len(rows.designs) - n_trained} further rows.",
-    )
-    return SurrogateFront(front, surrogate, rows.designs, rows.values, judged)
+        table = _judged(front, rows, n_judged, seed)
+    n_rows = len(rows.designs) - n_trained
+    how = f"The model itself judged the picks with {n_rows} further rows."
+    if not judged:
+        how = "The surrogate alone judged the picks."
+    front = replace(front, note=f"{front.note} {how}")
+    return SurrogateFront(front, surrogate, rows.designs, rows.values, table)
 
 
 class _Rows:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import pandas as pd
 from pydantic import Field, model_validator
 
 from deboom.common import AXES
@@ -557,15 +558,19 @@ class DeliveredPart:
 
 
 def read_delivered_parts(
-    path: Path, required: Mapping[str, tuple[str, ...]], *, over_today: bool = False
+    path: str | Path | pd.DataFrame,
+    required: Mapping[str, tuple[str, ...]],
+    *,
+    over_today: bool = False,
 ) -> tuple[DeliveredPart, ...]:
     """Read the parts of a delivery from a table with one row per part.
 
     Parameters
     ----------
-    path : Path
-        ``.xlsx`` or ``.csv`` with the columns ``part, batch, mount, x [N/mm], y [N/mm], z [N/mm]``
-        in any order; N/m is read as well. A cell may be empty where the axis is not required.
+    path : path or DataFrame
+        ``.xlsx`` or ``.csv``, or the table itself, with the columns
+        ``part, batch, mount, x [N/mm], y [N/mm], z [N/mm]`` in any order; N/m is read as well.
+        A cell may be empty where the axis is not required.
     required : mapping of str to tuple of str
         Mount → axes that must be measured.
     over_today : bool
@@ -589,7 +594,8 @@ def read_delivered_parts(
     >>> deboom.read_delivered_parts("parts.csv", {"TSM": ("x", "z")})  # doctest: +SKIP
     """
     parts, seen = [], dict[str, int]()
-    for row in read_rows(path, PLAIN, dict.fromkeys(AXES, "1" if over_today else "N/m")):
+    table = path if isinstance(path, pd.DataFrame) else Path(path)
+    for row in read_rows(table, PLAIN, dict.fromkeys(AXES, "1" if over_today else "N/m")):
         name, mount = row.filled("part"), row.filled("mount")
         repeated = "give each piece its own name, or one row with the mean of its repeats"
         refuse_second(seen, f"part '{name}'", row, repeated)

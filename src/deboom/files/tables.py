@@ -163,15 +163,15 @@ def refuse_second(
 
 
 def read_rows(
-    path: Path,
+    path: Path | pd.DataFrame,
     plain: Sequence[str],
     with_unit: Mapping[str, str],
     sheet: str | None = None,
     optional: Sequence[Sequence[str]] = (),
 ) -> tuple[Row, ...]:
-    """Read a table from a CSV file or from one sheet of an Excel file.
+    """Read a table from a CSV file, from one sheet of an Excel file, or from memory.
 
-    - `path`: ``.csv`` or ``.xlsx``.
+    - `path`: ``.csv`` or ``.xlsx``, or the table itself.
     - `plain`: columns without a unit; all must be there, in any order.
     - `with_unit`: columns with a unit in their header, and the SI unit of it.
     - `sheet`: of an Excel file; by default its first one. A CSV file has only one.
@@ -186,7 +186,7 @@ def read_rows(
 
 
 def _rows(
-    path: Path,
+    path: Path | pd.DataFrame,
     plain: Sequence[str],
     with_unit: Mapping[str, str],
     sheet: str | None,
@@ -194,7 +194,13 @@ def _rows(
     tell: Note,
 ) -> tuple[Row, ...]:
     """Rows that are not empty, without those that are told to be no row."""
-    header, below, comma = _cells(path, sheet, [*plain, *with_unit])
+    if isinstance(path, pd.DataFrame):
+        table = Columns.of(path)
+        header, comma = list(table.texts), False
+        below = dict(enumerate(map(list, zip(*table.texts.values(), strict=True)), 1))
+        path = Path("DataFrame")
+    else:
+        header, below, comma = _cells(path, sheet, [*plain, *with_unit])
     excel = _is_excel(path)
     if sheet is not None and excel:
         path = path.with_name(f"{path.name}, sheet '{sheet}'")

@@ -30,6 +30,7 @@ from deboom.errors import InputError
 from deboom.files.front_run import SupplierStudy, design_name
 from deboom.files.function_table import TABLE_ENDINGS, read_function_table
 from deboom.files.uncertain_index import uncertain_index
+from deboom.measurement.booming_peaks import TOLERANCE, booming_peaks
 from deboom.pages.front_answer import (
     expected_numbers,
     expected_on_average,
@@ -40,7 +41,6 @@ from deboom.plot.style import signed
 from deboom.report import Report, Step, Table
 from deboom.runs.options import StudiesFolder
 from deboom.runs.rebuilt import supplier_study
-from deboom.vehicles.booming_peaks import TOLERANCE, booming_peaks
 from deboom.vehicles.expected_change import ExpectedChange, expected_or_why
 
 QUESTION = "Did the prototype do what was expected, in every vehicle and at every booming peak?"

@@ -49,6 +49,7 @@ from typer import Argument, Option
 
 from deboom.choices import CalibrationLevel
 from deboom.compressor.identification import IdentifyOptions
+from deboom.compressor.identified_test import CompressorTruth
 from deboom.compressor.virtual_point_fit import THESIS_BANDS
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import InertanceTest, refuse_contradictions
@@ -59,19 +60,18 @@ from deboom.measurement.virtual_point import (
     virtual_point,
     virtual_point_frf,
 )
-from deboom.pages.compressor_identification import (
-    STEPS,
-    Beside,
-    CompressorTruth,
-    identified_test,
-    identified_virtual,
-    in_words,
-    read_test,
-)
 from deboom.pages.identification import MODEL, identification_report, inertance_figure
 from deboom.physics.rigid_body import mass_matrix
 from deboom.progress import counted, progress_bar
 from deboom.report import Report
+from deboom.report.tables import in_words
+from deboom.runs.compressor_tests import (
+    IDENTIFICATION_STEPS,
+    Beside,
+    identified_test,
+    identified_virtual,
+    read_test,
+)
 from deboom.runs.options import BAND, IdenticalMounts, Level, WithTruth, band_of
 
 QUESTION = "Which compressor, or which free body, explains this hammer test?"
@@ -164,7 +164,7 @@ def run(model: Model | None, options: Options) -> Report:
         return free_body_report(model, options)
     beside = Beside(thesis=options.thesis, identical_mounts=options.identical_mounts)
     with progress_bar("identify") as progress:
-        step = counted(progress, STEPS)
+        step = counted(progress, IDENTIFICATION_STEPS)
         if model is None:
             print(f"no FOLDER: the virtual compressor of seed {options.seed}", file=sys.stderr)
             return identification_report(

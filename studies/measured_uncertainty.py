@@ -40,7 +40,7 @@ from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import pick
 from deboom.files.uncertain_index import UncertainIndex, uncertain_index
 from deboom.files.vehicle import read_vehicle
-from deboom.measurement.channels import Frf
+from deboom.measurement.channels import Band, Frf, lines_inside
 from deboom.measurement.measured_vehicle import Method, path_noise_transfer
 from deboom.measurement.uncertainty import (
     LEAST_DRAWS,
@@ -75,7 +75,6 @@ from deboom.runs.rebuilt import compared_run
 from deboom.runs.result import RunContext
 from deboom.runs.search import SearchOptions
 from deboom.vehicles.expected_change import ExpectedChange, expected_or_why
-from deboom.vehicles.fleet import Band, lines_inside
 from deboom.vehicles.free_directions import NOTICEABLE
 from deboom.vehicles.platform import Runs
 from deboom.vehicles.platform_uncertainty import PRIOR, transfer_sources

@@ -11,11 +11,13 @@ from deboom.bench.campaign import NO_ERRORS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.errors import InputError
 from deboom.mounts.characterise import CharacteriseOptions
+from deboom.mounts.characterised_bench import direction_numbers
 from deboom.mounts.response_surface import standard_models
 from deboom.pages import mount_characterisation as characterisation
 from deboom.pages import mount_figures
-from deboom.pages.mount_characterisation import characterise_given, direction_numbers
+from deboom.pages.mount_characterisation import characterisation_report
 from deboom.report.report import Picture, Report
+from deboom.runs.campaigns import characterise_given
 from deboom.runs.runner import load_study, run_study
 from pinned_pages import hold
 from samples.campaign_runs import SEVEN_RUNS
@@ -74,7 +76,7 @@ def test_every_figure_has_its_place_on_the_page(blind, monkeypatch):
     strut = {"TSM x": blind.result.directions["TSM x"]}
     bench = replace(blind, result=replace(blind.result, directions=strut))
     monkeypatch.setattr(Report, "figure", DRAWN)
-    done = STUDY.module.reported(bench, STUDY.module.Options())
+    done = characterisation_report(bench, None)
     assert set(done.figures) == {
         "static_x",
         "stiffness_map_TSM",

@@ -21,7 +21,7 @@ from deboom.files.platform import PlatformFile, assembled, read_functions, read_
 from deboom.files.schema import load_toml, noting, telling
 from deboom.files.units import RANGES
 from deboom.measurement.campaign import OperatingRun
-from deboom.measurement.channels import LoadCase
+from deboom.measurement.channels import Band, LoadCase
 from deboom.measurement.order_tracking import tracked_run
 from deboom.mounts.campaign_findings import at_mounts, campaign_findings
 from deboom.mounts.characterise import cross_stiffness_of_campaign
@@ -33,7 +33,7 @@ from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import not_rigid
 from deboom.physics.sound_level import spl
 from deboom.vehicles.expected_change import Information, known_of_body
-from deboom.vehicles.fleet import Band, path_contributions
+from deboom.vehicles.fleet import path_contributions
 from deboom.vehicles.platform import BAND, LIBRARY_FILE, PLATFORM_FILE, MountSource, Platform
 from deboom.vehicles.plausibility import of_moving_body, rigid_share
 

@@ -19,6 +19,15 @@ from deboom.compressor.identifiability import (
     quantities,
 )
 from deboom.compressor.identification import ALARM, Identification
+from deboom.compressor.identified_test import (
+    IdentifiedTest,
+    calibrated_inertance,
+    condition_at_100_hz,
+    condition_numbers,
+    errors_of,
+    identifiability_table,
+    placement_table,
+)
 from deboom.compressor.identify import frac, modal_likeness
 from deboom.compressor.model import gain_from_parameters
 from deboom.compressor.mount_shares import MountShares
@@ -27,18 +36,11 @@ from deboom.compressor.virtual_point_fit import START_GAIN
 from deboom.errors import InputError
 from deboom.files.compressor_model import compressor_document
 from deboom.measurement.quality import quality_table
-from deboom.pages.compressor_identification import (
-    IdentifiedTest,
-    alarms_in_words,
-    calibrated_inertance,
-    condition_at_100_hz,
-    condition_numbers,
-    errors_of,
-    identifiability_table,
-    in_words,
-    placement_table,
-)
 from deboom.report import Report, Step
+from deboom.report.tables import in_words
+
+if TYPE_CHECKING:
+    pass
 
 if TYPE_CHECKING:
     from deboom.plot import Figure
@@ -648,3 +650,8 @@ def _placement(report: Report, test: IdentifiedTest) -> None:
         "Largest errors of placement and calibration.",
         shown=in_words(largest),
     )
+
+
+def alarms_in_words(alarms: Sequence[str]) -> str:
+    """Count alarms: ``no alarm``, ``1 alarm``, ``2 alarms``."""
+    return f"{len(alarms) or 'no'} {'alarms' if len(alarms) > 1 else 'alarm'}"

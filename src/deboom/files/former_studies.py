@@ -162,12 +162,13 @@ def moved_imports(source: str) -> list[str]:
 
     - `source`: of the script, Python.
     """
+    imports = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)]
     return [
-        f"{name} of {node.module} is {MOVED_NAMES[node.module][name]} now"
-        for node in ast.walk(ast.parse(source))
-        if isinstance(node, ast.ImportFrom) and node.module in MOVED_NAMES
-        for name in (alias.name for alias in node.names)
-        if name in MOVED_NAMES[node.module]
+        f"{alias.name} of {node.module} is {homes[alias.name]} now"
+        for node in imports
+        if (homes := MOVED_NAMES.get(node.module or ""))
+        for alias in node.names
+        if alias.name in homes
     ]
 
 

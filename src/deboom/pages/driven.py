@@ -76,7 +76,7 @@ def driven_report(
         decided = count
         sure = (
             "Peaks: both half widths hold 95 %; a difference within both is as predicted by the "
-            "drives."
+            "model."
         )
     of_vehicles = ""
     if not isinstance(expected, str):

@@ -27,7 +27,6 @@ from typer import Argument, Option
 from deboom.arrays import ComplexArray, RealArray
 from deboom.choices import Pick, pick_or_file
 from deboom.errors import InputError
-from deboom.files.front_run import SupplierStudy
 from deboom.files.function_table import TABLE_ENDINGS, read_function_table
 from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.booming_peaks import TOLERANCE, booming_peaks
@@ -42,6 +41,7 @@ from deboom.pages.driven import (
     Drives,
     driven_report,
 )
+from deboom.pages.supplier_study import SupplierStudy
 from deboom.physics.sound_level import spl
 from deboom.report import Report
 from deboom.runs.options import StudiesFolder

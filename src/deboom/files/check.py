@@ -13,10 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.choices import FolderKind
 from deboom.errors import DataWarning, InputError
 from deboom.files.campaign import CampaignFile, read_campaign, read_time_run
-from deboom.files.folders import FILES, kind_of_folder, summary_of
+from deboom.files.folders import FOLDERS, kind_of_folder
 from deboom.files.platform import PlatformFile, assembled, read_functions, read_tables
 from deboom.files.schema import load_toml, noting, telling
 from deboom.files.units import RANGES
@@ -87,14 +86,14 @@ def check_folder(folder: Path) -> tuple[tuple[str, ...], tuple[str, ...], str]:
     """
     waiting: tuple[str, ...] = ()
     try:
-        kind = kind_of_folder(folder)
-        if kind is FolderKind.platform:
+        record = FOLDERS[kind_of_folder(folder)]
+        if record.lines is None:
             check = check_platform(folder)
             return check.faults, check.waiting, check.summary
         waiting = ("the files that it names",)
-        file = load_toml(folder / FILES[kind][0], FILES[kind][1])
+        file = load_toml(folder / record.file, record.keys)
         waiting = ()
-        lines = list(summary_of(folder, kind))
+        lines = list(record.lines(folder))
         if isinstance(file, CampaignFile):
             lines += _campaign(folder, file)
         return (), (), _aligned(lines)

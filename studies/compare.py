@@ -56,14 +56,11 @@ class Options:
     ] = 2048
     studies: StudiesFolder = None
 
-    def __post_init__(self) -> None:
-        # their order changes nothing
-        object.__setattr__(self, "runs", sorted(self.runs, key=Path.as_posix))
-
 
 def prepare(options: Options) -> list[ComparedRun]:
     """Read the runs, build their models again, and refuse runs that cannot be compared."""
-    folders, samples = options.runs, options.samples
+    # their order changes nothing
+    folders, samples = sorted(options.runs, key=Path.as_posix), options.samples
     checked_seed(options.seed)
     n_different = len({folder.resolve() for folder in folders})
     if n_different < len(folders) or len(folders) < 2:

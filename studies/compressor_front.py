@@ -24,24 +24,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
-import pandas as pd
 from typer import Option
 
-from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import CalibrationLevel, Pick
-from deboom.common import N_PER_MM, PERCENT, listed
 from deboom.compressor.cabin_index import DATUM, MountVariables
+from deboom.compressor.mounted_fleet import (
+    MountedFleet,
+    exact_change,
+    mount_space,
+    mounted_fleet,
+    travel_limit,
+)
 from deboom.errors import InputError
-from deboom.explore.result import RISEN, Front
-from deboom.explore.robust import Robust, sigma_shares
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.selection import indifference_intervals
 from deboom.explore.sensitivity import (
     SensitivityInputs,
     SobolIndices,
@@ -50,30 +51,10 @@ from deboom.explore.sensitivity import (
 )
 from deboom.explore.space import DesignSpace
 from deboom.files.design_limits import load_limits, read_level_limits
-from deboom.pages.front import report_front, report_heard
-from deboom.pages.front_answer import (
-    VEHICLE_DECIMALS,
-    expected_sentence,
-    mean_levels,
-    peaks_sentence,
-    run_up_sounds,
-    vehicle_table,
-    weights_sentence,
-)
-from deboom.pages.robust_front import aim_note
-from deboom.pages.sensitivity import index_table
-from deboom.plot.style import mount_colours, mount_of, signed, vehicle_colours
+from deboom.pages.compressor_front import MountFront, mount_front_report
 from deboom.progress import counted, progress_bar
-from deboom.report import Report, Step, Table
-from deboom.runs.compressor_fleet import (
-    MountedFleet,
-    exact_change,
-    measured_fleet,
-    mount_space,
-    mounted_fleet,
-    travel_limit,
-    virtual_fleet,
-)
+from deboom.report import Report
+from deboom.runs.compressor_fleet import measured_fleet, virtual_fleet
 from deboom.runs.options import (
     BAND,
     AimOptions,
@@ -86,29 +67,10 @@ from deboom.runs.options import (
     robust_response,
 )
 from deboom.runs.result import RunContext, run_name
-from deboom.runs.search import (
-    PeakRiseOption,
-    SearchOptions,
-    check_peak_rise,
-    peak_rise_limits,
-    report_limits,
-)
-from deboom.vehicles.fleet_front import FleetFront
-from deboom.vehicles.free_directions import NOTICEABLE
+from deboom.runs.search import PeakRiseOption, SearchOptions, check_peak_rise, peak_rise_limits
 
 STEPS = 8
 """Of `prepare`, for progress."""
-RISE = 1.0
-"""Rise of a peak from which the page warns [dB]."""
-TRIED = 11
-"""Values of each stiffness that are tried for it."""
-TILES = 2
-"""Stiffnesses that the page begins with: those that matter most."""
-PLACES = "places"
-UNEXPECTED = (
-    "no expected change, because intervals were judged in cars with a powertrain alone; "
-    "docs/validation.md compares the model with exact cars that have a compressor"
-)
 
 
 class Parts(Enum):
@@ -301,113 +263,21 @@ def run(prepared: Model, options: Options, context: RunContext | None = None) ->
         inputs=(*model.fleet.inputs, *of_limits),
         verified_with=options.checks,
     )
+    nominal, best = space.nominal, front.pick_designs[Pick.best_mean]
     view = MountFront(
         front=front,
         model=model,
         sobol=stiffness_sobol(model, space, options.n, seed=seed),
+        exact=exact_change(model, nominal, best),
+        band=band_of(options.band),
+        identical=options.identical,
+        tolerance=options.tolerance,
+        place_tolerance=options.place_tolerance,
+        allowed_travel=options.travel,
     )
-    report = front_report(view, options, run_name(context, "compressor_front"))
+    report = mount_front_report(view, run_name(context, "compressor_front"))
     report.inputs += of_limits
     return report
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class MountFront:
-    """The front of a compressor's mounts, with all that its report needs.
-
-    `sobol`: of the chosen stiffnesses, uniform within their bounds; one output per car.
-    """
-
-    front: Front
-    model: MountedFleet
-    sobol: SobolIndices
-
-    @property
-    def index(self) -> Any:
-        """The model of the search."""
-        return self.front.model
-
-    @cached_property
-    def fleet(self) -> FleetFront:
-        """Levels and peaks of the first order of the rotor; what nobody hears counts no less."""
-        return FleetFront(self.front, audible=True)
-
-    @property
-    def best(self) -> RealArray:
-        """Best-mean, shape (k,)."""
-        return self.front.pick_designs[Pick.best_mean]
-
-    @property
-    def chosen(self) -> list[int]:
-        """Columns of a design that the search could choose; the others only scatter."""
-        return np.flatnonzero(
-            self.front.robust.space.upper > self.front.robust.space.lower
-        ).tolist()
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the chosen variables."""
-        return tuple(self.front.variables[column] for column in self.chosen)
-
-    @property
-    def shades(self) -> dict[str, str]:
-        """Colour of each mount."""
-        return mount_colours(list(dict.fromkeys(mount_of(name) for name in self.names)))
-
-    @property
-    def importance(self) -> RealArray:
-        """Total index of each chosen variable, mean over the cars, shape (n_chosen,) [1]."""
-        return self.fleet.mean(self.sobol.total)
-
-    @property
-    def leading(self) -> str:
-        """Chosen stiffness with the largest mean total index over the cars."""
-        return self.names[int(np.argmax(self.importance))]
-
-    @cached_property
-    def change(self) -> RealArray:
-        """Change of the mean level over lines and scatter by best-mean, shape (v,) [dB]."""
-        after = self.front.values.mean[self.front.picks[Pick.best_mean]]
-        return np.asarray((after - self.front.baseline.mean[0]) / self.index.n_lines)
-
-    def stiffness(self, design: RealArray) -> RealArray:
-        """Mean |K| that each chosen variable stands for, shape (n_chosen,) [N/mm]."""
-        variables = self.model.index.variables
-        factors = variables.factors(design[np.newaxis])[0]
-        values = factors * self.model.stiffness_at_reference.ravel() * N_PER_MM
-        return np.array([values[variables.scaled[column]].mean() for column in self.chosen])
-
-    def travel(self, design: RealArray) -> float:
-        """Largest travel of a mount under 1 g over today's [1]."""
-        return self.model.statics.travel_ratio(design, self.front.robust.space.nominal)
-
-    @property
-    def at_bound(self) -> tuple[str, ...]:
-        """Chosen variables that best-mean has at a bound, in words."""
-        space = self.front.robust.space
-        place = (self.best - space.lower)[self.chosen] / (space.upper - space.lower)[self.chosen]
-        words = np.select([place < 0.01, place > 0.99], ["lower", "upper"], "")
-        return tuple(f"{n} ({word})" for n, word in zip(self.names, words, strict=True) if word)
-
-    @cached_property
-    def indifference(self) -> RealArray:
-        """Interval of each chosen variable around best-mean without a noticeable change, (n, 2)."""
-        change = NOTICEABLE * self.index.n_lines
-        both = np.column_stack(indifference_intervals(self.front.robust, self.best, change, TRIED))
-        return np.asarray(both[self.chosen])
-
-    @cached_property
-    def groups(self) -> dict[str, list[int]]:
-        """Columns that scatter together: a part number's axis, or places."""
-        variables = self.model.index.variables
-        scaled = variables.scaled
-        groups: dict[str, list[int]] = {}
-        for column, name in zip(self.chosen, self.names, strict=True):
-            pieces = scaled.any(axis=1) & ~(scaled & ~scaled[column]).any(axis=1)
-            groups[name] = np.flatnonzero(pieces).tolist()
-        if variables.places.size:
-            groups[PLACES] = variables.places.tolist()
-        return groups
 
 
 def stiffness_sobol(model: MountedFleet, space: DesignSpace, n: int, *, seed: int) -> SobolIndices:
@@ -420,405 +290,3 @@ def stiffness_sobol(model: MountedFleet, space: DesignSpace, n: int, *, seed: in
     designs[:, columns] = chosen
     outputs = model.index.response_names
     return fast_sobol_indices(model.index(designs), names, outputs, seed=seed)
-
-
-def front_report(view: MountFront, options: Options, run: str) -> Report:
-    """Report which mounts make the cars quiet; `run`: name."""
-    low, high = band_of(options.band)
-    report = Report(
-        "Mounts of the compressor: quiet cars in spite of scatter",
-        "Which stiffness of its mounts makes a compressor quiet in "
-        f"{len(view.fleet.vehicles)} electric cars, {low:g} to {high:g} Hz, and keeps them "
-        "quiet as parts scatter?",
-    )
-    report.explain("SPL", "stiffness factor", "dynamic stiffness", "tolerance", "σ")
-    report.explain("Pareto front", "sensitivity index", "noise transfer function")
-    report.warn(*view.model.alarms)
-    report.assume(*view.model.assumed)
-    _tell(report, view)
-    _answer(report, view, options, run)
-    report.facts["verification_draws"] = view.front.judge.n_samples
-    report.facts["mounts"] = view.model.running.shares.statement
-    report.facts["mount_state"] = view.model.running.source.state.statement
-    report.inputs += view.model.fleet.inputs
-    _choice(report, view, options)
-    _cars(report, view)
-    _matters(report, view, options)
-    report_limits(report, view.front)
-    _trust(report, view, options)
-    search = view.front.search
-    report.section(
-        "How the search went",
-        f"NSGA-II, {search.hypervolume.size} generations, {search.seconds:.1f} s. "
-        f"{view.front.text} Every design was evaluated {view.front.robust.sample.n_samples} times "
-        f"within its tolerance; the front was verified with {view.front.judge.n_samples} draws "
-        f"that the search never saw. {aim_note(view.front.robust)}".strip(),
-    )
-    report_front(report, view.front)
-    return report
-
-
-def _tell(report: Report, view: MountFront) -> None:
-    """Keep the headline numbers; show those that a hurried reader takes away."""
-    changes = [
-        (c.level_after - c.level_before, c, car)
-        for car, of in view.fleet.peak_changes(view.best).items()
-        for c in of
-    ]
-    sigma = {
-        name: PERCENT
-        * float(
-            view.front.values.sigma_sum[view.front.picks[name]] / view.front.baseline.sigma_sum[0]
-            - 1
-        )
-        for name in (Pick.best_mean, Pick.best_sigma)
-    }
-    mean, travel = float(view.fleet.mean(view.change)), view.travel(view.best)
-    today, best = (
-        view.stiffness(design) for design in (view.front.robust.space.nominal, view.best)
-    )
-    for k in np.argsort(view.importance)[: -1 - TILES : -1]:
-        what = (
-            f"{view.names[k]}, of today's; {best[k]:.1f} N/mm at {view.model.reference_line:g} Hz"
-        )
-        report.tile(f"× {best[k] / today[k]:.2f}", what)
-    before, after = mean_levels(view.fleet, view.best)
-    report.tile(
-        f"{signed(float(view.fleet.mean(after - before)), 1)} dB",
-        "mean level of what is heard, best-mean against today",
-    )
-    report.tile(f"{signed(sigma[Pick.best_mean], 0)} %", "σ of the mean level over the tolerance")
-    if changes:
-        rise, peak, car = max(changes, key=lambda item: item[0])
-        report.tile(f"{signed(rise, 1)} dB", f"at the peak that changes for the worst, {car}")
-        report.summary["largest_rise_db"] = float(rise)
-        louder = len({name for change, _, name in changes if change > RISE})
-        if louder:
-            report.warn(
-                f"Best-mean makes peaks louder: by up to {rise:.1f} dB, at {peak.frequency:.0f} Hz "
-                f"({60 * peak.frequency:.0f} rpm) in {car}; {louder} of "
-                f"{len(view.fleet.vehicles)} cars have a peak that rises by more than {RISE:g} dB."
-            )
-    report.summary |= {
-        f"level_change_db_{car}": float(change)
-        for car, change in zip(view.fleet.vehicles, view.change, strict=True)
-    }
-    report.summary |= {
-        f"heard_change_db_{car}": float(change)
-        for car, change in zip(view.fleet.vehicles, after - before, strict=True)
-        if np.isfinite(change)
-    }
-    mean_heard = float(view.fleet.mean(after - before))
-    if np.isfinite(mean_heard):
-        report.summary["mean_heard_change_db"] = mean_heard
-    report.summary |= {
-        "mean_change_db": mean,
-        "sigma_change_percent_best_mean": sigma[Pick.best_mean],
-        "sigma_change_percent_best_sigma": sigma[Pick.best_sigma],
-        "leading_stiffness": view.leading,
-        "leading_total_index": float(view.importance.max()),
-        "travel_ratio": travel,
-        "at_bound": ", ".join(view.at_bound),
-        "sigma_bias_percent": view.front.sigma_bias_percent,
-        "mean_bias_db": view.front.mean_bias * view.front.per_line,
-        **view.front.counts,
-    }
-
-
-def _answer(report: Report, view: MountFront, options: Options, run: str) -> None:
-    """Fill the first screen: which mounts, per car, at which price, how it sounds, what next."""
-    report.answer(*_answer_in_words(view))
-    fleet, best = view.fleet, view.best
-    table = vehicle_table(fleet, best, target=fleet.todays_levels)
-    report.panel(
-        "Each car",
-        Table(table.rename(columns={"vehicle": "car"}), "", VEHICLE_DECIMALS),
-        f"First order at the driver's ear, mean of what is heard. {fleet.n_cars} cars of each, "
-        "mounts as made; target: its car's level of today; P95: 95 % stay below; worst peak: "
-        "change of the one that gains least.",
-        wide=True,
-    )
-    decimals = {"of today's [1]": 2, "build [N/mm]": 1, "today [N/mm]": 1, "alone [dB]": 1}
-    report.panel(
-        "Mounts to change",
-        Table(_mounts_to_change(view), "", decimals | {"share of the variance [%]": 0}),
-        f"Tolerance ±{PERCENT * options.tolerance:.0f} %, places ±{options.place_tolerance:g} mm.",
-        wide=True,
-    )
-    designs = np.stack([view.front.robust.space.nominal, best])
-    modes, travel = view.model.statics.modes(designs), view.model.statics(designs)[:, 0]
-    limit = travel_limit(view.model, view.front.robust.space, options.travel)
-    price = pd.DataFrame(
-        {
-            "number": ["travel under 1 g [mm]", "lowest mode [Hz]", "highest mode [Hz]"],
-            "today": [travel[0], modes[0, 0], modes[0, -1]],
-            "after": [travel[1], modes[1, 0], modes[1, -1]],
-            "allowed": [f"≤ {limit.at_most:.2f}", "–", "–"],
-        }
-    )
-    report.panel("What it costs", Table(price, "", {"today": 2, "after": 2}))
-    row = int(np.argmax(fleet.levels(designs[0]).max(axis=1)))
-    sounds, scale = run_up_sounds(
-        view.index.pressure(designs)[:, row], fleet.frequency, ("today", "after")
-    )
-    report.panel(
-        f"Hear {fleet.vehicles[row]}, the loudest today",
-        *sounds,
-        f"Run-up of the model, first order; full scale {scale:.2g} Pa in both. Use headphones.",
-    )
-    report.panel(
-        "What to do next",
-        Step("deboom run compressor_front --cars FOLDER", "the same with measured cars"),
-        Step("deboom run compressor_front --peak-rise 1", "no booming peak louder by more"),
-        Step("deboom run compressor_front --reach 0.6", "let stiffness go further"),
-        Step("deboom run compressor_front --travel 1.5", "let mounts travel further"),
-        Step(f"deboom report {run} --supplier", "the sheet for the maker of the mounts"),
-    )
-
-
-def _todays_and_new_stiffness(view: MountFront) -> tuple[RealArray, RealArray]:
-    """Return the stiffness of each variable today and of the chosen design [N/mm]."""
-    return view.stiffness(view.front.robust.space.nominal), view.stiffness(view.best)
-
-
-def _answer_in_words(view: MountFront) -> tuple[str, str, str]:
-    """Return which stiffness changes by how much, how sure that is, and how levels count."""
-    fleet, best = view.fleet, view.best
-    before, after = mean_levels(fleet, best)
-    today, build = _todays_and_new_stiffness(view)
-    moves = listed(
-        tuple(
-            f"{name} to {share:.2f}" for name, share in zip(view.names, build / today, strict=True)
-        )
-    )
-    loudest = [
-        max(changes, key=lambda peak: peak.level_before)
-        for changes in fleet.peak_changes(best).values()
-        if changes
-    ]
-    falls = sorted(peak.level_after - peak.level_before for peak in loudest)
-    top = (
-        f"each car's loudest peak changes by {signed(falls[0], 1)} to {signed(falls[-1], 1)} dB, "
-        if falls
-        else ""
-    )
-    change = float(fleet.mean(after - before))
-    return (
-        f"{moves[0].upper()}{moves[1:]} of today's stiffness: {top}{peaks_sentence(fleet, best)}; "
-        f"{signed(change, 1)} dB on average of what is heard, in the model.",
-        f"{_louder_peak(view, before)}{expected_sentence(UNEXPECTED, change)}",
-        "In averages, lines below the threshold of hearing (ISO 226) count with the level of the "
-        "threshold. Peaks count with their own level. Stiffness: |K| at "
-        f"{view.model.reference_line:g} Hz. {weights_sentence(fleet)}Pressures: "
-        f"{', '.join(view.index.case_names)}.",
-    )
-
-
-def _louder_peak(view: MountFront, before: RealArray) -> str:
-    """Say which design has no louder peak, if the chosen one has; `before`: today's levels [dB]."""
-    if Pick.none_louder not in view.front.picks:
-        return (
-            "No design of the front leaves every peak at or below today's; `--peak-rise` "
-            "limits it in the search. "
-        )
-    if float(view.fleet.peak_rise(view.best[np.newaxis])[0]) <= RISEN:
-        return ""
-    design = view.front.pick_designs[Pick.none_louder]
-    change = float(view.fleet.mean(view.fleet.cars(design).levels.mean(axis=0) - before))
-    return f"The quietest design without a louder peak is none-louder, {signed(change, 1)} dB. "
-
-
-def _mounts_to_change(view: MountFront) -> pd.DataFrame:
-    """Tabulate each stiffness today and as chosen, what it brings alone, and its share."""
-    best, nominal = view.best, view.front.robust.space.nominal
-    today, build = _todays_and_new_stiffness(view)
-    alone = np.where(np.eye(len(best), dtype=bool)[view.chosen], best, nominal)
-    gains = view.fleet.mean(view.fleet.mean_levels(alone) - view.fleet.todays_levels)
-    return pd.DataFrame(
-        {
-            "stiffness": list(view.names),
-            "of today's [1]": build / today,
-            "build [N/mm]": build,
-            "today [N/mm]": today,
-            "alone [dB]": gains,
-            "share of the variance [%]": PERCENT * view.importance,
-        }
-    )
-
-
-def _choice(report: Report, view: MountFront, options: Options) -> None:
-    """Show the front, the named designs and their stiffness."""
-    what = (
-        "One part number for all mounts: an axial and a radial stiffness; pieces scatter on their "
-        "own, and batch by batch together."
-        if options.identical
-        else "Every mount has an axial and a radial stiffness of its own."
-    )
-    reached = view.travel(view.best) > 0.98 * options.travel
-    report.summary["travel_limit_reached"] = str(reached).lower()
-    report.section(
-        "What to choose",
-        f"{what} Mounts stand within ± {options.place_tolerance:g} mm of where they are drawn.\n\n"
-        "Softer mounts nearly always isolate better. The limit is the travel under 1 g: no mount "
-        f"may move further than {options.travel:g} times today's."
-        + (
-            " Best-mean uses all of that: the limit, not the noise, decides."
-            if reached
-            else f" Best-mean uses {view.travel(view.best):.2f} times."
-        )
-        + (
-            f" It is at the bound of the search in {', '.join(view.at_bound)}: --reach lets it go "
-            "further."
-            if view.at_bound
-            else ""
-        ),
-    )
-    report.figure(
-        "pareto_front",
-        view.front.picture,
-        "Mean level against its scatter; each point is a non-dominated design."
-        if view.front.robust.n_objectives == 2
-        else "Each pair of objectives; each point is a design that none beats in all of them.",
-    )
-    line, space, chosen = view.model.reference_line, view.front.robust.space, view.chosen
-    report.figure(
-        "stiffness_bars",
-        lambda: plot.stiffness_bars(
-            view.names,
-            view.best[chosen],
-            space.lower[chosen],
-            space.upper[chosen],
-            view.stiffness(space.nominal),
-            [False] * len(chosen),
-            view.indifference,
-            view.shades,
-            stiffness_label=f"|K| at {line:g} Hz [N/mm]",
-        ),
-        "Best-mean: stiffness factors within their bounds. The thin bars are ranges within which "
-        f"the mean level stays within {NOTICEABLE} dB.",
-    )
-    report.table(
-        "picks",
-        _picks(view),
-        "Named designs, verified. Travel and modes use the stiffness at "
-        f"{view.index.frequency[0]:g} Hz, which is higher than the static stiffness: use them for "
-        "comparison, not for a drawing.",
-    )
-    caption = f"Dynamic stiffness |K| at {line:g} Hz, mean over what a variable stands for."
-    report.table("stiffness", _stiffness(view), caption)
-
-
-def _picks(view: MountFront) -> pd.DataFrame:
-    """List the named designs with their levels, travel and modes."""
-    rows = {name: (view.front.values, row) for name, row in view.front.picks.items()}
-    picks = view.front.compared({"today's": (view.front.baseline, 0), **rows})
-    designs = np.stack(list(view.front.named_designs.values()))
-    modes = view.model.statics.modes(designs)
-    picks["travel under 1 g [mm]"] = view.model.statics(designs)[:, 0]
-    picks["lowest mode [Hz]"], picks["highest mode [Hz]"] = modes[:, 0], modes[:, -1]
-    return picks
-
-
-def _stiffness(view: MountFront) -> pd.DataFrame:
-    """List the stiffness of each named design, and the range around best-mean."""
-    nominal = view.stiffness(view.front.robust.space.nominal)
-    table: dict[str, object] = {"stiffness": list(view.names)}
-    for name, design in view.front.named_designs.items():
-        table[f"{name} [N/mm]"] = view.stiffness(design)
-    for end, bound in zip(("from", "to"), view.indifference.T, strict=True):
-        table[f"{Pick.best_mean} {end} [N/mm]"] = nominal * bound
-    return pd.DataFrame(table)
-
-
-def _cars(report: Report, view: MountFront) -> None:
-    """Show levels and peaks of every car."""
-    report.section(
-        "What it does in every car",
-        "First order of the compressor at the driver's ear. Curves and peaks are those of the "
-        "first pressure without scatter. Mean changes here are over all pressures, scatter and "
-        "lines, of which the first table counts only what is heard.",
-    )
-    report_heard(
-        report,
-        view.fleet,
-        view.best,
-        vehicle_colours(view.fleet.vehicles),
-        "Today and best-mean.",
-        speed_label="rotor speed [rpm]",
-        change=view.change,
-    )
-    cars = view.fleet.vehicle_table(Pick.best_mean)
-    cars = cars.rename(columns={"change [dB]": "change of all lines [dB]"})
-    caption = "Mean level of all lines over scatter, heard or not, best-mean against today."
-    report.table("cars", cars, caption)
-    peaks = view.fleet.peak_table(view.best)
-    louder = peaks[peaks["change [dB]"] > RISE]
-    caption = (
-        f"Peaks of at least 6 dB prominence that rise by more than {RISE:g} dB; peaks.csv has all."
-    )
-    columns = [name for name in peaks if "prominence" not in str(name)]
-    report.table("peaks", peaks, "" if louder.empty else caption, shown=louder[columns])
-
-
-def _matters(report: Report, view: MountFront, options: Options) -> None:
-    """Show which stiffness is worth a supplier's effort."""
-    report.section(
-        "What matters to whoever makes the mounts",
-        "Importance is the share of the variance of the level that comes from a stiffness, alone "
-        "and together with others, when all vary within the bounds of the search (mean over the "
-        f"cars). {view.leading} matters most. `deboom report RUN --supplier` writes the sheet that "
-        "the supplier quotes and signs, in English or German, with names or without.",
-    )
-    report.table("sobol", index_table(view.sobol, "stiffness"))
-    caption = (
-        "Required stiffness. Importance: share of the variance of the level within the range "
-        "searched. Share of sigma: of the scatter between cars as built."
-    )
-    report.table("requirements", _requirements(view, options), caption)
-
-
-def _requirements(view: MountFront, options: Options) -> pd.DataFrame:
-    """One row per chosen stiffness, and the places: what is wanted, and what tolerances cost."""
-    today, wanted = view.stiffness(view.front.robust.space.nominal), view.stiffness(view.best)
-    shares = sigma_shares(view.front.judge.sets[0], view.best).of_sum
-    table = pd.DataFrame(
-        {
-            "requirement": list(view.names),
-            "today [N/mm]": today,
-            "wanted [N/mm]": wanted,
-            "wanted / today [1]": wanted / today,
-            "tolerance ± [%]": PERCENT * options.tolerance,
-            "at least [N/mm]": wanted * (1 - options.tolerance),
-            "at most [N/mm]": wanted * (1 + options.tolerance),
-            "importance [1]": view.importance,
-        }
-    )
-    table = table.set_index("requirement").reindex(list(view.groups)).reset_index()
-    table["share of sigma [%]"] = [
-        PERCENT * float(shares[columns].sum()) for columns in view.groups.values()
-    ]
-    return table
-
-
-def _trust(report: Report, view: MountFront, options: Options) -> None:
-    """Say what the model leaves out."""
-    running = view.model.running
-    hoses = "Hoses are left out: theirs is a path of its own, which mounts do not change."
-    if options.hoses is Hoses.identified:
-        hoses = "Hoses are in as identified beams."
-    report.section(
-        "How far to trust it",
-        f"{running.shares.statement}\n\n{running.source.state.statement}\n\n"
-        "Mounts keep their gain over frequency for every stiffness, and do not soften with "
-        f"amplitude. {hoses} Holders move as the free bodies do.",
-    )
-    exact = exact_change(view.model, view.front.robust.space.nominal, view.best)
-    if exact is not None:
-        mean, predicted = (
-            float(view.fleet.mean(change)) for change in (exact, view.fleet.splv_change(view.best))
-        )
-        report.summary["exact_mean_change_db"] = mean
-        report.text(
-            f"Without scatter best-mean changes the mean level by {signed(mean, 2)} dB in the "
-            f"exact cars of the virtual bench, and by {signed(predicted, 2)} dB in the model."
-        )

@@ -27,28 +27,28 @@ from typer import Argument, Option
 from deboom.arrays import ComplexArray, RealArray
 from deboom.choices import Pick, pick_or_file
 from deboom.errors import InputError
-from deboom.files.front_run import SupplierStudy, design_name
 from deboom.files.function_table import TABLE_ENDINGS, read_function_table
 from deboom.files.uncertain_index import uncertain_index
-from deboom.pages.front_answer import (
-    expected_numbers,
-    expected_on_average,
-    expected_sentence,
+from deboom.measurement.booming_peaks import TOLERANCE, booming_peaks
+from deboom.pages.driven import (
+    AS_EXPECTED,
+    AS_PREDICTED,
+    DRAWS,
+    NOT_AS_EXPECTED,
+    OPEN,
+    OTHERWISE,
+    STATES,
+    Drives,
+    driven_report,
 )
+from deboom.pages.supplier_study import SupplierStudy
 from deboom.physics.sound_level import spl
-from deboom.plot.style import signed
-from deboom.report import Report, Step, Table
+from deboom.report import Report
 from deboom.runs.options import StudiesFolder
 from deboom.runs.rebuilt import supplier_study
-from deboom.vehicles.booming_peaks import TOLERANCE, booming_peaks
 from deboom.vehicles.expected_change import ExpectedChange, expected_or_why
 
 QUESTION = "Did the prototype do what was expected, in every vehicle and at every booming peak?"
-DRAWS = 64
-"""Repeated measurements that the uncertainty of the prediction is drawn from."""
-STATES = ("today", "new")
-AS_PREDICTED, OTHERWISE, OPEN = "as predicted", "not as predicted", "not decided"
-AS_EXPECTED, NOT_AS_EXPECTED = "as expected", "not as expected"
 
 
 @dataclass(frozen=True)
@@ -69,22 +69,16 @@ class Options:
     seed: Annotated[int, Option(help="Seed of the draws, 1 or higher.")] = 1
 
 
-@dataclass(frozen=True, eq=False)
-class Model:
-    """The front study of the run, and levels of every drive by state, (n_drive, v, f) [dB(A)]."""
-
-    study: SupplierStudy
-    measured: dict[str, RealArray]
-
-
-def prepare(options: Options) -> Model:
+def prepare(options: Options) -> Drives:
     """Build the run's model again, and read what was measured."""
     try:
         pick = pick_or_file(options.design)
     except ValueError as error:
         raise InputError(f"--design {error}") from error
     study = supplier_study(options.run, options.studies, pick)
-    return Model(study, {state: levels_of_drives(study, options.folder, state) for state in STATES})
+    return Drives(
+        study, {state: levels_of_drives(study, options.folder, state) for state in STATES}
+    )
 
 
 def levels_of_drives(study: SupplierStudy, folder: Path, state: str) -> RealArray:
@@ -126,74 +120,21 @@ def _at_peak(levels: RealArray, frequency: RealArray, peak: float) -> RealArray:
     return np.asarray(levels[..., np.abs(frequency - peak) <= TOLERANCE].max(axis=-1))
 
 
-def run(model: Model, options: Options) -> Report:
+def run(drives: Drives, options: Options) -> Report:
     """Compare the changes at every booming peak that was measured with today's parts."""
-    folder, table = options.folder, _peak_table(model, options.seed)
-    if table.empty:
+    folder, peaks = options.folder, _peak_table(drives, options.seed)
+    if peaks.empty:
         raise InputError(f"{folder}: no vehicle has a booming peak with today's parts")
-    expected = _expected(model.study, options.seed)
-    vehicles = _vehicle_table(model, expected)
-    kept, undecided = (int((table["verdict"] == word).sum()) for word in (AS_PREDICTED, OPEN))
-    means = [float(table[f"{what} change [dB]"].mean()) for what in ("measured", "predicted")]
-    changes = [float(vehicles[f"{what} [dB]"].mean()) for what in ("measured change", "model")]
-    drives = [len(model.measured[state]) for state in STATES]
-    driven = (
-        f"{drives[0]} drives with today's parts, {drives[1]} with {design_name(model.study.pick)}"
+    expected = _expected(drives.study, options.seed)
+    return driven_report(
+        drives,
+        expected,
+        vehicles=_vehicle_table(drives, expected),
+        peaks=peaks,
+        question=QUESTION,
+        run=options.run,
+        folder=folder,
     )
-    report = Report("The prototype, driven", QUESTION)
-    average = (
-        f"{signed(means[0], 1)} dB",
-        f"measured on average, {signed(means[1], 1)} in the model",
-    )
-    count = f"{kept} of {len(table)}"
-    if undecided:
-        report.warn("One drive each: the uncertainty of the measured change is not known.")
-        report.tile("not decided", "one drive of each state does not say how far drives differ")
-        decided = "Not decided whether"
-        sure = (
-            "One drive of each state does not say how far drives differ: drive each twice or more."
-        )
-    else:
-        report.tile(count, "booming peaks changed as predicted")
-        decided = count
-        sure = (
-            "Peaks: both half widths hold 95 %; a difference within both is as predicted by the "
-            "model."
-        )
-    of_vehicles = ""
-    if not isinstance(expected, str):
-        verdicts = vehicles["verdict"]
-        as_expected = int((verdicts == AS_EXPECTED).sum())
-        how_many = decided if undecided else f"{as_expected} of {len(vehicles)}"
-        of_vehicles = (
-            f"{how_many} vehicles changed as expected: {signed(changes[0], 1)} dB measured on "
-            f"average, {expected_on_average(expected, changes[1])}. "
-        )
-        report.summary["n_as_expected"] = as_expected
-    report.assume(*model.study.run.assumed)
-    report.tile(*average)
-    report.answer(
-        f"{of_vehicles}{decided} booming peaks changed as predicted: {' '.join(average)}.",
-        expected_sentence(expected, changes[1]),
-        sure,
-        f"{driven}.",
-    )
-    _panels(report, vehicles, table, options)
-    report.section(
-        "Measured and predicted change",
-        f"{driven}; highest level within {TOLERANCE:g} Hz of each measured peak. Both half widths "
-        f"are for 95 %: of the drives by Student's t, of the prediction over {DRAWS} repeats of "
-        "its measurements. A difference within both together is as predicted. Differences between "
-        "prototype and drawing appear here as well: characterise the parts that were driven.",
-    )
-    report.table("driven", table, "Every booming peak with today's parts.")
-    report.table("vehicles", vehicles)
-    report.summary |= {"n_peaks": len(table), "n_as_predicted": kept, "n_not_decided": undecided}
-    report.summary |= {"measured_change_db": means[0], "predicted_change_db": means[1]}
-    report.summary["measured_mean_change_db"] = changes[0]
-    report.summary |= expected_numbers(expected, model.study.vehicles)
-    report.inputs += sorted(path for path in folder.iterdir() if path.is_file())
-    return report
 
 
 def _expected(study: SupplierStudy, seed: int) -> ExpectedChange | str:
@@ -203,13 +144,13 @@ def _expected(study: SupplierStudy, seed: int) -> ExpectedChange | str:
     return expected_or_why(first, lambda: uncertain.expected_change(study.picked, seed=seed).of(0))
 
 
-def _vehicle_table(model: Model, expected: ExpectedChange | str) -> pd.DataFrame:
+def _vehicle_table(drives: Drives, expected: ExpectedChange | str) -> pd.DataFrame:
     """Tabulate the change of each vehicle's mean level: measured, expected, and by the model.
 
     As expected is a change that lies in its interval, widened by the half width of the drives.
     """
-    study = model.study
-    today, new = (model.measured[state].mean(axis=-1) for state in STATES)
+    study = drives.study
+    today, new = (drives.measured[state].mean(axis=-1) for state in STATES)
     change = new.mean(axis=0) - today.mean(axis=0)
     half = np.array([_half_width(*pair) for pair in zip(today.T, new.T, strict=True)])
     levels = study.index.levels(np.stack([study.space.nominal, study.picked])).mean(axis=-1)
@@ -228,9 +169,9 @@ def _vehicle_table(model: Model, expected: ExpectedChange | str) -> pd.DataFrame
     return table
 
 
-def _peak_table(model: Model, seed: int) -> pd.DataFrame:
+def _peak_table(drives: Drives, seed: int) -> pd.DataFrame:
     """Tabulate the measured and the predicted change of every booming peak, with half widths."""
-    study, measured = model.study, model.measured
+    study, measured = drives.study, drives.measured
     index, frequency = study.index, np.asarray(study.index.frequency)
     both = np.stack([study.space.nominal, study.picked])
     predicted = index.levels(both)
@@ -267,30 +208,6 @@ def _verdict(difference: float, measured: float, predicted: float) -> str:
     if np.isnan(measured):
         return OPEN
     return AS_PREDICTED if abs(difference) <= np.hypot(measured, predicted) else OTHERWISE
-
-
-def _panels(report: Report, vehicles: pd.DataFrame, table: pd.DataFrame, options: Options) -> None:
-    """Show each vehicle and booming peak, and what to do next."""
-    of_levels = {name: 1 for name in map(str, vehicles) if name.endswith("[dB]")}
-    report.panel(
-        "Each vehicle",
-        Table(vehicles, "", of_levels),
-        "Change of the mean level. As expected: inside the interval (90 %), widened by what drives "
-        "differ.",
-        wide=True,
-    )
-    shown = ["vehicle", "frequency [Hz]", "measured change [dB]", "± measured [dB]"]
-    shown += ["predicted change [dB]", "± predicted [dB]", "verdict"]
-    decimals = {name: 1 for name in shown if name.endswith("[dB]")} | {"frequency [Hz]": 0}
-    report.panel("Each booming peak", Table(table[shown], "", decimals), wide=True)
-    run_of = options.run.as_posix()
-    again = f"deboom driven {run_of} {options.folder.as_posix()}"
-    report.panel(
-        "What to do next",
-        Step(again, "again, with a table of each drive"),
-        Step("deboom characterise CAMPAIGN", "the parts that were driven, where they differ"),
-        Step(f"deboom listen {run_of}", "hear what was predicted"),
-    )
 
 
 def _half_width(first: RealArray, second: RealArray) -> float:

@@ -38,7 +38,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar
@@ -49,22 +48,30 @@ from typer import Option
 from deboom.errors import InputError
 from deboom.explore.robust import Robust
 from deboom.files.design_limits import files_of_limits, read_level_limits, read_mount_limits
+from deboom.files.made_parts import MadeParts
 from deboom.pages.correlation import (
-    CorrelationStudy,
     DoeRequest,
-    Levels,
     Plan,
     correlation_report,
     correlation_study,
 )
+from deboom.pages.front import report_parts
+from deboom.pages.limits import report_limits
 from deboom.pages.motion import report_runs
 from deboom.pages.platform_front import PlatformFront
-from deboom.pages.robust_front import front_report
+from deboom.pages.robust_front import Question, front_report, report_answers
 from deboom.pages.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
 from deboom.progress import progress_bar
 from deboom.report import Report
-from deboom.runs.made_parts import MadeParts, ScatterOptions, report_parts
-from deboom.runs.options import AimOptions, Sampler, Seed, at_least, tolerance_sample
+from deboom.runs.options import (
+    AimOptions,
+    Sampler,
+    ScatterOptions,
+    Seed,
+    at_least,
+    robust_response,
+    tolerance_sample,
+)
 from deboom.runs.platform_options import MotionOptions, PlatformOptions, in_all_load_cases
 from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import (
@@ -72,7 +79,6 @@ from deboom.runs.search import (
     ThoroughSearchOptions,
     check_peak_rise,
     peak_rise_limits,
-    report_limits,
 )
 from deboom.runs.second_process import begun
 from deboom.vehicles.booming_model import BoomingModel, Motion
@@ -82,19 +88,6 @@ FAMILY = 0.9
 """Least correlation within a family of vehicles [1]."""
 SECOND_RANGE = 0.20
 """Half width of the second range of the sensitivities, for comparison [1]."""
-SAME_DOE = ("doe", "n_designs", "n_failed")
-"""What the vehicles of a group would say of the DOE once more."""
-
-
-ALONE = "There is one vehicle only: nothing to correlate, and no DOE was run."
-
-
-class Question(StrEnum):
-    """A further question to the model of the search."""
-
-    correlation = "correlation"
-    sensitivity = "sensitivity"
-    prescribed = "prescribed"
 
 
 @dataclass(frozen=True)
@@ -231,7 +224,9 @@ def prepare(options: Options) -> Model:
         *read_mount_limits(options.limits, runs, made.space, options.motion.factor),
         *peak_rise_limits(options.peak_rise, index, made.space.nominal),
     )
-    robust = made.response(index, sample, aims=options.aims, limits=limits)
+    robust = robust_response(
+        index, made.space, sample, aims=options.aims, structure=made.structure, limits=limits
+    )
     return Model(everyone, runs, index, made, robust)
 
 
@@ -259,10 +254,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     if ranking is not None:
         with progress_bar("sensitivity") as bar:
             parts[Question.sensitivity] = sensitivity_report(ranking.result(partial(rank, bar)))
-    for name, part in parts.items():
-        _include(report, part, name)
-    if Question.correlation in questions and Question.correlation not in parts:
-        report.section("Correlation", ALONE)
+    report_answers(report, parts, questions)
     report_parts(report, model.made)
     report_runs(report, model.everyone)
     return report
@@ -287,8 +279,13 @@ def _searched(model: Model, options: Options, context: RunContext | None) -> Pla
         as_measured = motion.model(runs, loss_factors=options.loss_factors)
         # of a model with other levels, limits of levels could leave no design
         limits = model.robust.limits.of_designs.stated
-        robust = model.made.response(
-            as_measured, model.robust.sample, aims=options.aims, limits=limits
+        robust = robust_response(
+            as_measured,
+            model.made.space,
+            model.robust.sample,
+            aims=options.aims,
+            structure=model.made.structure,
+            limits=limits,
         )
         prescribed = search(robust, name="prescribed")
         begin = np.unique(np.stack(list(prescribed.pick_designs.values())), axis=0)
@@ -333,32 +330,6 @@ def _correlations(model: Model, options: Options) -> Iterator[tuple[str, Report]
         cut=FAMILY,
     )
     yield Question.correlation, correlation_report(study)
-    within = _within(study, model)
+    within = study.within(model.runs, model.index)
     if within is not None:
         yield f"{Question.correlation}_within_group", correlation_report(within)
-
-
-def _within(study: CorrelationStudy, model: Model) -> CorrelationStudy | None:
-    """Return the DOE of the vehicles that are searched; None if these are one, or all."""
-    names = model.index.response_names
-    if len(names) < 2 or names == study.names:
-        return None
-    levels, columns = study.vehicles, [study.names.index(name) for name in names]
-    some = Levels(
-        names, levels.designs[:, columns], levels.means[:, columns], levels.scatter[..., columns]
-    )
-    return replace(study, runs=model.runs, index=model.index, vehicles=some)
-
-
-def _include(report: Report, part: Report, name: str) -> None:
-    """Add the answer to a further question; its files and numbers begin with its name."""
-    names = {key: f"{name}_{key}" for key in (*part.tables, *part.pictures, *part.summary)}
-    answers = name in set(Question)
-    if not answers:
-        names |= dict.fromkeys(SAME_DOE, "")
-    # the first screen says which vehicles go together
-    folded = name == Question.correlation
-    title = name.replace("_", " ").capitalize()
-    report.include(part, title, names=names, leading=True, folded=folded)
-    if answers:
-        report.remarks.append(part.verdict)

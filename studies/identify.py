@@ -44,11 +44,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 from typer import Argument, Option
 
 from deboom.choices import CalibrationLevel
 from deboom.compressor.identification import IdentifyOptions
+from deboom.compressor.identified_test import CompressorTruth
 from deboom.compressor.virtual_point_fit import THESIS_BANDS
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import InertanceTest, refuse_contradictions
@@ -59,19 +59,19 @@ from deboom.measurement.virtual_point import (
     virtual_point,
     virtual_point_frf,
 )
-from deboom.pages.compressor_identification import (
-    STEPS,
-    Beside,
-    CompressorTruth,
-    identified_test,
-    identified_virtual,
-    in_words,
-    read_test,
+from deboom.pages.identification import (
+    free_body_report,
+    identification_report,
 )
-from deboom.pages.identification import MODEL, identification_report, inertance_figure
-from deboom.physics.rigid_body import mass_matrix
 from deboom.progress import counted, progress_bar
 from deboom.report import Report
+from deboom.runs.compressor_tests import (
+    IDENTIFICATION_STEPS,
+    Beside,
+    identified_test,
+    identified_virtual,
+    read_test,
+)
 from deboom.runs.options import BAND, IdenticalMounts, Level, WithTruth, band_of
 
 QUESTION = "Which compressor, or which free body, explains this hammer test?"
@@ -161,10 +161,10 @@ def prepare(options: Options) -> Model | None:
 def run(model: Model | None, options: Options) -> Report:
     """Identify the compressor, or the free body, and report it."""
     if model is not None and options.free:
-        return free_body_report(model, options)
+        return _free_body(model, options)
     beside = Beside(thesis=options.thesis, identical_mounts=options.identical_mounts)
     with progress_bar("identify") as progress:
-        step = counted(progress, STEPS)
+        step = counted(progress, IDENTIFICATION_STEPS)
         if model is None:
             print(f"no FOLDER: the virtual compressor of seed {options.seed}", file=sys.stderr)
             return identification_report(
@@ -179,8 +179,8 @@ def run(model: Model | None, options: Options) -> Report:
     return identification_report(identified, identified.input_files)
 
 
-def free_body_report(model: Model, options: Options) -> Report:
-    """Fit the mass lines of a free or softly hung body and report them."""
+def _free_body(model: Model, options: Options) -> Report:
+    """Fit the mass lines of a free or softly hung body, and report them."""
     test, truth = model.test, model.truth
     refuse_contradictions(test)
     inertance = virtual_point_frf(
@@ -197,40 +197,4 @@ def free_body_report(model: Model, options: Options) -> Report:
         weighed=None if weighed is None else (weighed, test.weighed_mass_deviation),
         gain_deviation=max(test.tolerances.sensor_gain, test.tolerances.hammer_gain),
     )
-    report = Report(
-        f"Free body: {test.name}", "Which mass, centre of gravity and inertia has this body?"
-    )
-    report.tile(f"{free.body.mass:.3f} ± {free.deviation[0]:.2g} kg", "mass, 1 σ")
-    low, high = free.band
-    report.tile(f"{low:g}–{high:g} Hz", "lines of the fit")
-    report.assume(*test.assumed)
-    if weighed is None:
-        report.warn("Not weighed: a gain that all channels share looks like mass. Weigh it.")
-    report.summary |= {
-        "mass_kg": free.body.mass,
-        "mass_deviation_kg": float(free.deviation[0]),
-        "misfit": free.misfit,
-        "n_alarms": 0,
-    }
-    report.inputs += test.input_files
-    table = free.table
-    if truth is not None:
-        report.inputs.append(truth.path)
-        true = truth.model
-        inertia = true.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
-        table["truth"] = [true.mass, *true.centre, *inertia]
-    report.section(
-        "Mass, centre of gravity and inertia",
-        "A constant and the foot of the flexible modes are fitted to the accelerance at the "
-        "virtual point; the constant is the inverse mass matrix of a rigid body. Centre of gravity "
-        "in the axes and from the origin of the position sheet, inertia about it.",
-    )
-    report.table("parameters", table, "1 σ of noise, model and gains.", shown=in_words(table))
-    rigid = np.linalg.inv(mass_matrix(free.body.mass, free.body.inertia, free.body.centre))
-    curves = {"measured": inertance.values, MODEL: np.broadcast_to(rigid, inertance.values.shape)}
-    report.figure(
-        "inertance",
-        lambda: inertance_figure(lines, curves, (free.band,)),
-        "Inertance at the virtual point, and that of the identified body.",
-    )
-    return report
+    return free_body_report(test, inertance, free, truth)

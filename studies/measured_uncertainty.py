@@ -21,18 +21,15 @@ any vehicle and load case; surface_difference_at_peaks_db.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-import pandas as pd
 from typer import Option
 
-from deboom import plot
 from deboom.arrays import RealArray
-from deboom.common import PERCENT
 from deboom.errors import InputError
 from deboom.explore.front import replicates, verified
 from deboom.explore.robust import Robust
@@ -40,79 +37,30 @@ from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import pick
 from deboom.files.uncertain_index import UncertainIndex, uncertain_index
 from deboom.files.vehicle import read_vehicle
-from deboom.measurement.channels import Frf
+from deboom.measurement.channels import Band, Frf, lines_inside
 from deboom.measurement.measured_vehicle import Method, path_noise_transfer
 from deboom.measurement.uncertainty import (
     LEAST_DRAWS,
-    Interval,
-    NextMeasurement,
-    VariancePart,
-    crossed_spread,
-    half_width,
-    half_width_after,
     method_difference,
-    pivotal_interval,
-    probability_below,
 )
-from deboom.pages.front import drawn_rows, left_out, report_cells
-from deboom.pages.front_answer import (
-    expected_column,
-    expected_numbers,
-    expected_on_average,
-    expected_sentence,
-    expected_words,
-    report_expected,
-)
-from deboom.pages.motion import motion_report, report_runs
-from deboom.plot import IntervalPanel
-from deboom.plot.style import signed
+from deboom.pages.measured_uncertainty import TODAY, Drawn, Repeated, uncertainty_report
+from deboom.pages.motion import report_runs
 from deboom.progress import progress_bar
-from deboom.report import Report, Step, Table
-from deboom.runs.made_parts import ScatterOptions
-from deboom.runs.options import FrontRun, Seed
+from deboom.report import Report
+from deboom.runs.options import FrontRun, ScatterOptions, Seed, robust_response
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.rebuilt import compared_run
 from deboom.runs.result import RunContext
 from deboom.runs.search import SearchOptions
-from deboom.vehicles.expected_change import ExpectedChange, expected_or_why
-from deboom.vehicles.fleet import Band, lines_inside
-from deboom.vehicles.free_directions import NOTICEABLE
+from deboom.vehicles.expected_change import expected_or_why
 from deboom.vehicles.platform import Runs
-from deboom.vehicles.platform_uncertainty import PRIOR, transfer_sources
+from deboom.vehicles.platform_uncertainty import transfer_sources
 from deboom.vehicles.uncertain_data import (
-    BUDGET,
-    CALIBRATION,
-    CELLS,
-    DAY,
-    FLOOR,
-    MOTION,
-    NOISE,
-    PATHS,
-    SHAKER,
     UncertaintySource,
 )
 
-TODAY = "today's"
 VERIFICATION = 1024
 """Draws of each scramble that a search's front is verified with before designs are picked."""
-
-VEHICLES = "choice of the vehicles"
-LOAD_CASES = "choice of the load cases"
-TRANSFER = (CALIBRATION, PATHS, DAY, FLOOR)
-HALVED = 0.25
-"""Share of a variance that is left when a standard deviation is halved [1]."""
-TWICE = 0.5
-"""Share of a variance that is left by the mean of two independent measurements [1]."""
-
-HERE = "change, these vehicles and load cases"
-SERIES = "change, any vehicle and load case"
-LEVEL = "level, these vehicles and load cases"
-MOST_NEXT = 6
-"""Measurements that the first screen lists."""
-AS_IT_IS = "none: as it is"
-
-Questions = dict[str, tuple[VariancePart, ...]]
-"""Number whose interval is to become narrower → what its variance consists of [dB²]."""
 
 
 @dataclass(frozen=True)
@@ -164,7 +112,7 @@ def prepare(options: Options) -> Model:
     )
     return Model(
         runs,
-        made.response(index, sample),
+        robust_response(index, made.space, sample, structure=made.structure),
         uncertain_index(index, runs.platform, runs.parts, transfer),
         options.motion.model(every),
         (*runs.platform.input_files, *files, *made.inputs),
@@ -174,211 +122,10 @@ def prepare(options: Options) -> Model:
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Choose designs, draw the measurements again and report."""
     designs = _designs(model, options, context)
-    answer = _answered(_measure_again(model, designs, options), designs)
-    repeated = answer.repeated
-    report = Report(
-        "How certain is the effect of the mounts",
-        "With the errors of all measurements: how certain are levels and changes in "
-        f"{', '.join(repeated.vehicles)}, and what should be measured next?",
-    )
-    report.explain(
-        "booming noise",
-        "SPL",
-        "SPLV",
-        "noise transfer function",
-        "dynamic stiffness",
-        "σ",
-    )
-    report.inputs += model.inputs
-    report.facts |= {"kernel": repeated.index.kernel, "draws": options.draws}
-    _tiles(report, answer)
-    report.answer(*_answer_in_words(answer))
-    _panels(report, answer)
-    sources = answer.sources
-    priors = sources.loc[sources["from"] == PRIOR, "source"]
-    report.warn(
-        f"Stated, not measured: {', '.join(priors)}. Measure some vehicles in two ways "
-        "(--vehicle) to replace the values for transfer functions."
-        if len(priors)
-        else "",
-        *motion_report(repeated.index, repeated.rows[:1]).warnings,
-    )
-    report.summary |= _summary(answer)
-    _levels(report, answer)
-    report.section(
-        "Where it comes from",
-        f"Each source alone; the change is that of {answer.design}, mean of the vehicles.",
-    )
-    report.table("sources", sources, "Sources, independent of each other.")
-    picks = [name for name in designs if name != TODAY]
-    report_expected(report, repeated.expected, picks, repeated.vehicles)
-    _next(report, answer.following)
+    repeated = _measure_again(model, designs, options)
+    report = uncertainty_report(repeated, model.inputs)
     report_runs(report, model.runs)
     return report
-
-
-@dataclass(frozen=True, eq=False)
-class _Answer:
-    """How sure level and change are, and what to measure next.
-
-    `row`: of the design among those of `repeated`; `level`, `change`: mean of the vehicles; `scope`
-    is the widest question that can be answered; `nearest` narrows the change of these vehicles by
-    `gain` [%], `nearest_of_scope` that of the scope.
-    """
-
-    repeated: Repeated
-    design: str
-    row: int
-    level: Interval
-    change: Interval
-    sources: pd.DataFrame
-    following: pd.DataFrame
-    scope: str
-    nearest: str
-    gain: float
-    nearest_of_scope: str
-    gain_of_scope: float
-
-    @property
-    def expected(self) -> ExpectedChange | str:
-        """What cars are expected to show of the design; or why nothing is."""
-        expected = self.repeated.expected
-        return expected if isinstance(expected, str) else expected.of(self.row - 1)
-
-    @property
-    def half_width(self) -> float:
-        """Half width of the change's interval [dB]."""
-        return float(self.change.half_width[self.row])
-
-    @property
-    def is_sure(self) -> bool:
-        """Whether nobody hears the half width."""
-        return self.half_width < NOTICEABLE
-
-
-def _answered(repeated: Repeated, designs: Mapping[str, RealArray]) -> _Answer:
-    """Take the first design that is not today's, and ask what narrows its change most."""
-    design = next(name for name in designs if name != TODAY)
-    following = _next_table(repeated, design)
-    scope = SERIES if f"{SERIES}, ± [dB]" in following else HERE
-    nearest, gain = _best_next(following, HERE)
-    nearest_of_scope, gain_of_scope = _best_next(following, scope)
-    return _Answer(
-        repeated=repeated,
-        design=design,
-        row=list(designs).index(design),
-        level=repeated.mean_level,
-        change=repeated.mean_change,
-        sources=_source_table(repeated, design),
-        following=following,
-        scope=scope,
-        nearest=nearest,
-        gain=gain,
-        nearest_of_scope=nearest_of_scope,
-        gain_of_scope=gain_of_scope,
-    )
-
-
-def _tiles(report: Report, answer: _Answer) -> None:
-    """Show change, level and what to measure."""
-    change, level, row, half = answer.change, answer.level, answer.row, answer.half_width
-    if not isinstance(answer.expected, str):
-        report.tile(
-            expected_words(answer.expected.mean), f"expected of the mean level, {answer.design}"
-        )
-    report.tile(
-        f"{signed(float(change.value[row]), 2)} ± {half:.2f} dB",
-        f"change of the mean level in the model, {answer.design}",
-    )
-    report.tile(f"{level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A)", "mean level, today's")
-    quieter = PERCENT * answer.repeated.quieter[row]
-    report.tile(f"{quieter:.0f} %", f"{answer.design} is quieter than today's")
-    if answer.is_sure:
-        report.tile("nothing", f"to be measured for these vehicles: ±{half:.2f} dB is not heard")
-    else:
-        report.tile(f"−{answer.gain:.0f} %", f"of the change's interval by: {answer.nearest}")
-
-
-def _answer_in_words(answer: _Answer) -> tuple[str, ...]:
-    """Return the answer for these vehicles, for any vehicle, and what it leaves out."""
-    level, half = answer.level, answer.half_width
-    change = float(answer.change.value[answer.row])
-    next_measurement = (
-        f"nothing of this needs to be measured again (±{half:.2f} dB is not heard)"
-        if answer.is_sure
-        else f"next measure: {answer.nearest}, {answer.gain:.0f} % narrower"
-    )
-    for_any = (
-        "For any vehicle and load case of the group: "
-        f"± {_half_width(answer.following, answer.scope):.1f} dB; next measure: "
-        f"{answer.nearest_of_scope}, {answer.gain_of_scope:.0f} % narrower."
-        if answer.scope == SERIES
-        else ""
-    )
-    return (
-        f"{answer.design}: {expected_on_average(answer.expected, change)} in these vehicles; "
-        f"errors of measurement alone leave {signed(change, 1)} ± {half:.2f} dB of the model's "
-        f"change (90 %), {next_measurement}.",
-        expected_sentence(answer.expected, change),
-        for_any,
-        f"± holds errors of measurement alone. Today's mean level: {level.value[0]:.1f} ± "
-        f"{level.half_width[0]:.1f} dB(A).",
-    )
-
-
-def _panels(report: Report, answer: _Answer) -> None:
-    """Show each vehicle, what to measure next and what to do next."""
-    repeated, row = answer.repeated, answer.row
-    changes = repeated.interval(lambda drawn: _change(drawn.level))
-    levels = repeated.interval(lambda drawn: drawn.level)
-    each = pd.DataFrame(
-        {
-            "vehicle": list(repeated.vehicles),
-            "today [dB(A)]": levels.value[0],
-            "± [dB]": levels.half_width[0],
-            **expected_column(answer.expected, range(len(repeated.vehicles))),
-            "change [dB]": changes.value[row],
-            "from [dB]": changes.lower[row],
-            "to [dB]": changes.upper[row],
-        }
-    )
-    decimals = {"± [dB]": 1, "change [dB]": 1, "from [dB]": 1, "to [dB]": 1}
-    report.panel(
-        "Each vehicle",
-        Table(each, "", decimals),
-        "90 % intervals; ±, change, from and to are the model's, with errors of measurement alone.",
-        wide=True,
-    )
-    half_width = f"{answer.scope}, ± [dB]"
-    following = answer.following[["measurement", half_width]].head(MOST_NEXT)
-    report.panel("What to measure next", Table(following, "", {half_width: 2}))
-    report.panel(
-        "What to do next",
-        Step("deboom run measured_uncertainty --vehicle FOLDER", "errors from your own vehicles"),
-        Step("deboom run measured_uncertainty --front RUN", "for the picks of a front"),
-    )
-
-
-def _summary(answer: _Answer) -> dict[str, Any]:
-    """Return the numbers of summary.json."""
-    repeated, level, change, row = answer.repeated, answer.level, answer.change, answer.row
-    summary = {
-        "level_db": float(level.value[0]),
-        "level_half_width_db": float(level.half_width[0]),
-        "change_db": float(change.value[row]),
-        "change_lower_db": float(change.lower[row]),
-        "change_upper_db": float(change.upper[row]),
-        "change_half_width_db": answer.half_width,
-        "probability_quieter": float(repeated.quieter[row]),
-        "next_measurement": answer.nearest,
-        "next_narrower_percent": answer.gain,
-        "next_measurement_series": answer.nearest_of_scope,
-        "next_narrower_percent_series": answer.gain_of_scope,
-    }
-    of_vehicles = repeated.interval(lambda drawn: _change(drawn.level)).half_width[row]
-    for vehicle, half in zip(repeated.vehicles, of_vehicles, strict=True):
-        summary[f"change_half_width_db_{vehicle}"] = float(half)
-    return summary | expected_numbers(answer.expected, repeated.vehicles)
 
 
 def measured_transfer(
@@ -432,85 +179,6 @@ def _designs(model: Model, options: Options, context: RunContext | None) -> dict
     return {TODAY: np.asarray(robust.space.nominal), **named}
 
 
-@dataclass(frozen=True, eq=False)
-class Drawn:
-    """What one index says of the designs; levels are means over the lines.
-
-    All of shape (..., n_design, n_vehicle): ``level``, ``loudest`` (line of the first load case)
-    [dB(A)], and ``sigma`` over the scatter of parts [dB].
-    """
-
-    level: RealArray
-    loudest: RealArray
-    sigma: RealArray
-
-
-@dataclass(frozen=True, eq=False)
-class Repeated:
-    """Designs as measured and as measured again, and what follows.
-
-    ``again`` has a leading axis of draws; ``alone`` is source → mean level if nothing else errs,
-    shape (n_draws, n_design, n_vehicle) [dB(A)]. ``expected`` is what cars are expected to show of
-    the designs after today's; or why nothing is.
-    """
-
-    model: Model
-    designs: Mapping[str, RealArray]
-    measured: Drawn
-    again: Drawn
-    alone: Mapping[str, RealArray]
-    expected: ExpectedChange | str
-
-    @property
-    def index(self) -> Any:
-        """The study's index, from the data as measured."""
-        return self.model.uncertain.index
-
-    @property
-    def vehicles(self) -> tuple[str, ...]:
-        """Names of the vehicles."""
-        return tuple(self.index.response_names)
-
-    @property
-    def rows(self) -> RealArray:
-        """The named designs, shape (n_design, k) [1]."""
-        return np.stack(list(self.designs.values()))
-
-    def interval(self, of: Callable[[Drawn], RealArray]) -> Interval:
-        """Return the 90 % interval of a number that is computed from a `Drawn`."""
-        return pivotal_interval(of(self.measured), of(self.again))
-
-    @property
-    def mean_level(self) -> Interval:
-        """Mean over the vehicles, shape (n_design,) [dB(A)]."""
-        return self.interval(lambda drawn: drawn.level.mean(-1))
-
-    @property
-    def mean_change(self) -> Interval:
-        """Its change against today's, shape (n_design,) [dB]."""
-        return self.interval(lambda drawn: _change(drawn.level).mean(-1))
-
-    @property
-    def quieter(self) -> RealArray:
-        """Probability that a design is quieter than today's, mean of the vehicles, (n_design,)."""
-        mean, again = self.measured.level.mean(-1), self.again.level.mean(-1)
-        return probability_below(mean - mean[0], again - again[:, :1])
-
-    def variances(self, design: str | None) -> dict[str, RealArray]:
-        """Variance by each source alone, of every vehicle and last of their mean [dB²].
-
-        Of the change by a design against today's; None: of today's level.
-        """
-        variances = {}
-        for name, levels in self.alone.items():
-            values = levels[:, 0]
-            if design is not None:
-                values = _change(levels)[:, list(self.designs).index(design)]
-            both = np.concatenate([values, values.mean(axis=1, keepdims=True)], axis=1)
-            variances[name] = both.var(axis=0, ddof=1)
-        return variances
-
-
 def _measure_again(model: Model, designs: Mapping[str, RealArray], options: Options) -> Repeated:
     """Draw all measurements, and those of each source alone."""
     uncertain, draws, seed = model.uncertain, options.draws, options.seed
@@ -536,7 +204,9 @@ def _measure_again(model: Model, designs: Mapping[str, RealArray], options: Opti
     expected = expected_or_why(
         uncertain.index, lambda: uncertain.expected_change(rows[1:], seed=seed)
     )
-    return Repeated(model, designs, measured, Drawn(**fields), alone, expected)
+    return Repeated(
+        uncertain, model.every_case, designs, measured, Drawn(**fields), alone, expected
+    )
 
 
 def _drawn(model: Model, index: Any, rows: RealArray) -> Drawn:
@@ -550,225 +220,3 @@ def _drawn(model: Model, index: Any, rows: RealArray) -> Drawn:
         loudest=index.levels(rows).max(axis=2),
         sigma=scattered.sigma / n_lines,
     )
-
-
-def _change(level: RealArray) -> RealArray:
-    """Return the change against today's, the first design, shape (..., n_design, n_vehicle)."""
-    return np.asarray(level - level[..., :1, :])
-
-
-def _levels(report: Report, answer: _Answer) -> None:
-    """Show levels and changes with their intervals."""
-    repeated = answer.repeated
-    report.section(
-        "Levels and changes",
-        "The errors of every measurement are drawn again, the same for all designs and vehicles, "
-        f"{len(repeated.again.level)} times, and everything is computed from each draw. An error "
-        "of calibration shifts all levels of a vehicle alike and cancels in changes, so changes "
-        "are much more certain. Intervals contain the truth in 90 % of all cases. They may be "
-        "asymmetric about the measured value, because noise fills notches.",
-    )
-    level = repeated.interval(lambda drawn: drawn.level)
-    change = repeated.interval(lambda drawn: _change(drawn.level))
-    loudest = repeated.interval(lambda drawn: drawn.loudest)
-    change_of_loudest = repeated.interval(lambda drawn: _change(drawn.loudest))
-    shown = drawn_rows(change.value[answer.row])
-    changed = {
-        name: _bounds(change, (place, shown))
-        for place, name in enumerate(repeated.designs)
-        if place
-    }
-    panels = [
-        IntervalPanel("mean level [dB(A)]", {TODAY: _bounds(level, (0, shown))}),
-        IntervalPanel("change against today's [dB]", changed),
-    ]
-    report.figure(
-        "changes",
-        lambda: plot.interval_panels([repeated.vehicles[row] for row in shown], panels),
-        "Measured values and 90 % intervals."
-        + left_out(len(repeated.vehicles), f"that gain least by {answer.design}", "vehicles"),
-    )
-    report_cells(
-        report,
-        "changes_others",
-        "change against today's",
-        [f"{name}{end}" for name in list(repeated.designs)[1:] for end in ("", ", from", ", to")],
-        repeated.vehicles,
-        np.concatenate(
-            [_bounds(change, place) for place in range(1, len(repeated.designs))], axis=0
-        ),
-        shown,
-        unit="dB",
-    )
-    picks = pd.DataFrame(
-        {
-            "design": list(repeated.designs),
-            **_columns("mean level", "dB(A)", repeated.mean_level),
-            **_columns("change", "dB", repeated.mean_change),
-            **_columns("sigma", "dB", repeated.interval(lambda drawn: drawn.sigma.mean(-1))),
-            "quieter than today's [%]": PERCENT * repeated.quieter,
-        }
-    )
-    caption = "Mean of the vehicles; σ is the scatter of parts within their tolerance."
-    report.table("picks", picks, caption)
-    vehicles = pd.concat(
-        [
-            pd.DataFrame(
-                {
-                    "design": [name] * len(repeated.vehicles),
-                    "vehicle": list(repeated.vehicles),
-                    **_columns("mean level", "dB(A)", level, place),
-                    **_columns("change", "dB", change, place),
-                    **_columns("loudest line", "dB(A)", loudest, place),
-                    **_columns("change of the loudest line", "dB", change_of_loudest, place),
-                }
-            )
-            for place, name in enumerate(repeated.designs)
-        ],
-        ignore_index=True,
-    )
-    report.table("vehicles", vehicles)
-
-
-def _next(report: Report, following: pd.DataFrame) -> None:
-    """Show what one more measurement would narrow."""
-    report.section(
-        "What to measure next",
-        "Expected half widths of the 90 % intervals after one more measurement, from the "
-        "variances of today. “Any vehicle and load case” treats the measured vehicles and load "
-        "cases as a sample of all, with Student's t for their small number.",
-    )
-    decimals = {name: 3 for name in map(str, following) if name.endswith("[dB]")}
-    caption = "Sorted by their worth for the first question."
-    report.table("next", following, caption, decimals)
-
-
-def _source_table(repeated: Repeated, design: str) -> pd.DataFrame:
-    """One row per source: its size, where that comes from, and what it does to the mean."""
-    sources = repeated.model.uncertain.data.sources
-    columns: dict[str, Any] = {
-        "source": [source.name for source in sources],
-        "size, 1 σ": [source.size for source in sources],
-        "from": [source.origin for source in sources],
-    }
-    for what, share, of in (
-        ("level", "share of its variance [%]", None),
-        ("change", "share of that variance [%]", design),
-    ):
-        variances = repeated.variances(of)
-        variance = np.array([float(variances[source.name][-1]) for source in sources])
-        total = sum(float(values[-1]) for values in variances.values())
-        columns[f"σ of the {what} [dB]"] = np.sqrt(variance)
-        columns[share] = PERCENT * variance / total if total > 0 else np.zeros_like(variance)
-    return pd.DataFrame(columns)
-
-
-def _questions(repeated: Repeated, design: str) -> Questions:
-    """Return what is asked of the mean over the vehicles, with its variances.
-
-    "Any vehicle and load case" takes those that were measured for a sample: their spread is split
-    into vehicles, load cases and rest by `crossed_spread` over all load cases of the platform, and
-    of that between vehicles the part that errors of measurement make is taken off.
-    """
-    of_change, of_level = repeated.variances(design), repeated.variances(None)
-    here = tuple(VariancePart(name, float(v[-1])) for name, v in of_change.items())
-    level = tuple(VariancePart(name, float(v[-1])) for name, v in of_level.items())
-    n_vehicle, n_used = len(repeated.vehicles), len(repeated.index.load_case_names)
-    if n_vehicle < 2:
-        return {HERE: here, LEVEL: level}
-    rows = np.stack([repeated.rows[0], repeated.designs[design]])
-    every = repeated.model.every_case
-    levels = [every.levels(rows, name).mean(axis=2) for name in every.load_case_names]
-    spread = crossed_spread(np.stack([level[1] - level[0] for level in levels], axis=1))
-    by_errors = sum(float(v[:-1].mean()) for name, v in of_change.items() if name in TRANSFER)
-    vehicles = max(float(spread.rows + spread.rest / n_used) - by_errors, 0.0) / n_vehicle
-    parts = [*here, VariancePart(VEHICLES, vehicles, n_vehicle - 1)]
-    if spread.n_column > 1:
-        parts.append(VariancePart(LOAD_CASES, float(spread.columns) / n_used, spread.n_column - 1))
-    return {HERE: here, SERIES: tuple(parts), LEVEL: level}
-
-
-def _candidates(repeated: Repeated) -> list[NextMeasurement]:
-    """Return measurements that may come next, as far as they touch a source of the study."""
-    names = {*repeated.model.uncertain.data.names, VEHICLES}
-    if len(repeated.model.every_case.load_case_names) > 1:
-        names.add(LOAD_CASES)  # what differs between load cases is known from several alone
-    n, m = len(repeated.vehicles), len(repeated.index.load_case_names)
-    one_more, one_case = n / (n + 1), m / (m + 1)
-    twice = dict.fromkeys(TRANSFER, TWICE)
-    more_vehicles = dict.fromkeys((*TRANSFER, VEHICLES), one_more)
-    every = [
-        NextMeasurement("one more vehicle", more_vehicles, {VEHICLES: 1.0}),
-        *(
-            [NextMeasurement("one more load case", {LOAD_CASES: one_case, NOISE: one_case}, {})]
-            if LOAD_CASES in names
-            else []
-        ),
-        NextMeasurement("transfer functions, another method and day", twice, {}),
-        NextMeasurement(
-            "transfer functions, same setup, another day", {DAY: TWICE, FLOOR: TWICE}, {}
-        ),
-        NextMeasurement("microphone, source calibrated twice as well", {CALIBRATION: HALVED}, {}),
-        NextMeasurement("shaker aligned twice as well", {SHAKER: HALVED, CELLS: HALVED}, {}),
-        NextMeasurement("mounts characterised anew", {SHAKER: TWICE, BUDGET: TWICE}, {}),
-        NextMeasurement("accelerometers placed twice as well", {MOTION: HALVED}, {}),
-        NextMeasurement("run repeated, sensors set up anew", {MOTION: TWICE, NOISE: TWICE}, {}),
-    ]
-    return [measurement for measurement in every if names & set(measurement.remaining)]
-
-
-def _next_table(repeated: Repeated, design: str) -> pd.DataFrame:
-    """One row per measurement that may come next: expected half widths of the 90 % intervals.
-
-    Those that narrow the first question most come first; of equals, the next question decides.
-    """
-    questions = _questions(repeated, design)
-    rows: list[dict[str, object]] = []
-    for measurement in (None, *_candidates(repeated)):
-        row: dict[str, object] = {"measurement": measurement.name if measurement else AS_IT_IS}
-        for name, parts in questions.items():
-            now = half_width(parts)
-            after = now if measurement is None else _after(parts, measurement)
-            # fewer effective degrees of freedom may outweigh a gain in what hardly counts
-            gain = max(1.0 - after / now, 0.0) if now > 0.0 else 0.0
-            row |= {f"{name}, ± [dB]": after, f"{name}: narrower by [%]": PERCENT * gain}
-        rows.append(row)
-    table = pd.DataFrame(rows)
-    gains = [f"{name}: narrower by [%]" for name in questions]
-    rest = table.iloc[1:].sort_values(gains, ascending=False, kind="stable")
-    return pd.concat([table.iloc[:1], rest], ignore_index=True)
-
-
-def _after(parts: tuple[VariancePart, ...], measurement: NextMeasurement) -> float:
-    """Return the half width expected after one more measurement [dB]."""
-    names = {part.name for part in parts}
-    remaining = {n: share for n, share in measurement.remaining.items() if n in names}
-    more = {n: f for n, f in measurement.more_degrees_of_freedom.items() if n in names}
-    return half_width_after(parts, NextMeasurement(measurement.name, remaining, more))
-
-
-def _best_next(following: pd.DataFrame, question: str) -> tuple[str, float]:
-    """Return the measurement that narrows a question most, and by how much [%]."""
-    gains = following[f"{question}: narrower by [%]"]
-    row = int(gains.to_numpy().argmax())
-    return str(following["measurement"].iloc[row]), float(gains.iloc[row])
-
-
-def _half_width(following: pd.DataFrame, question: str) -> float:
-    """Return the half width of a question as it is [dB]."""
-    return float(following[f"{question}, ± [dB]"].iloc[0])
-
-
-def _columns(
-    what: str, unit: str, interval: Interval, place: int | slice = slice(None)
-) -> dict[str, RealArray]:
-    """Return a value with both ends of its interval as columns of a table."""
-    labels = (f"{what} [{unit}]", f"{what}, from [{unit}]", f"{what}, to [{unit}]")
-    return dict(zip(labels, _bounds(interval, place), strict=True))
-
-
-def _bounds(
-    interval: Interval, place: int | slice | tuple[int, list[int]] = slice(None)
-) -> tuple[RealArray, RealArray, RealArray]:
-    """Return value, lower and upper end."""
-    return interval.value[place], interval.lower[place], interval.upper[place]

@@ -20,50 +20,22 @@ n_identified (directions); seconds (one mount set, with its error budget).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
-import pandas as pd
 from typer import Option
 
-from deboom import plot
-from deboom.common import AXES, N_PER_MM
 from deboom.errors import InputError
 from deboom.mounts.characterise import CharacteriseOptions
-from deboom.mounts.error_budget import IDENTIFIED
-from deboom.mounts.operating_map import OperatingMap, Preload
+from deboom.mounts.characterised_bench import model_table
+from deboom.mounts.operating_map import Preload
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
-from deboom.pages.mount_characterisation import (
-    CharacterisedBench,
-    characterise_given,
-    characterise_virtual,
-    direction_numbers,
-    force_transfer_matrices,
-    force_transfer_table,
-    identified,
-    model_table,
-    percent,
-    quality_of_motion,
-    r2_table,
-    shown_run,
-    truth_table,
-    uncertainty_table,
-    usable_maps,
-)
-from deboom.pages.mount_figures import append_maps, append_runs, append_sensors, transfer_panels
-from deboom.plot import CurvePanel
+from deboom.pages.mount_characterisation import characterisation_report
 from deboom.progress import progress_bar
 from deboom.report import Report
+from deboom.runs.campaigns import characterise_given, characterise_virtual
 from deboom.runs.options import CubicPieces, MountSet, Seed, SelfCalibration
-
-SHOWN_POINTS = 2000
-"""Of a panel; more hide each other."""
-ALONE = " alone [%]"
-"""Ends the names of the columns that take one source of error alone."""
 
 
 @dataclass(frozen=True)
@@ -103,254 +75,11 @@ def run(how: CharacteriseOptions, options: Options) -> Report:
     with progress_bar("mount characterisation") as progress:
         if options.campaign is not None:
             bench = characterise_given(options.campaign, options.mount_set, how, progress)
-            return reported(bench, options, bench.input_files)
-        bench = characterise_virtual(
-            options.seed, options.mount_set, how, progress, noise_free=options.noise_free
-        )
-        return reported(bench, options)
-
-
-def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ...] = ()) -> Report:
-    """Report on a bench."""
-    result, has_truth = first.result, first.truth is not None
-    numbers = direction_numbers(first)
-    report = Report(
-        "Mounts from raw sensors",
-        f"How stiff are {', '.join(mount.name for mount in result.campaign.mounts)} in "
-        "operation, and how reliable is the answer?",
-    )
-    report.explain("dynamic stiffness")
-    report.inputs += inputs
-    report.warn(
-        "A high R² does not prove accuracy. It compares the surface with measured values, and a "
-        "measuring chain with an error of half a degree has this error in every run. The error "
-        "budget says how reliable a direction is.",
-        "The errors against the truth are those of the virtual test bench, whose noise and "
-        "alignment errors are stated, not those of a particular laboratory."
-        if has_truth
-        else "",
-        *result.alarms,
-    )
-    report.assume(*result.campaign.assumed)
-    report.summary |= _summary(first, numbers)
-    uncertainty = uncertainty_table(numbers)
-    maps = usable_maps(first)
-    stiffness = {
-        name: N_PER_MM * np.median(np.abs(operating_map.stiffness))
-        for name, operating_map in maps.items()
-    }
-    uncertainty.insert(2, "median |K| [N/mm]", uncertainty["direction"].map(stiffness))
-    truth = truth_table(numbers) if has_truth else None
-    _headlines(report, uncertainty, truth)
-    _procedure(report, first)
-    _accuracy(report, numbers, uncertainty, truth)
-    if options.models:
-        models = model_table(first)
-        report.table(
-            "models",
-            models,
-            "Other models of the stiffness beside the surface, which is two cubics by least "
-            "squares: all fitted without the check runs and judged on those.",
-            {name: 2 for name in models.columns if name.endswith("[%]")},
-        )
-    labels = {n: n if n == "direction" else f"{n} [1]" for n in map(str, numbers)}
-    report.table("directions", numbers.rename(columns=labels))
-
-    few = {name: _thinned(operating_map) for name, operating_map in maps.items()}
-    report.section(
-        "Characteristic curves",
-        "The dynamic stiffness over the static force, as suppliers specify it, measured and by the "
-        "response surface.",
-    )
-    _static(report, first, few)
-    append_maps(report, first)
-    append_runs(report, first, numbers)
-    _transfer(report, first)
-    _motion(report, first)
-    append_sensors(report, first)
-    return report
-
-
-def _headlines(report: Report, uncertainty: pd.DataFrame, truth: pd.DataFrame | None) -> None:
-    """Show the stiffest directions, how many are identified, and how well."""
-    sure = uncertainty["identified"] == "identified"
-    names, others = uncertainty.loc[sure, "direction"], uncertainty.loc[~sure, "direction"]
-    for _, row in uncertainty[sure].nlargest(2, "median |K| [N/mm]").iterrows():
-        report.tile(
-            f"{row['direction']} {row['median |K| [N/mm]']:.0f} N/mm",
-            f"median |K| in operation, ±{row['95 % half width of |K| [%]']:.1f} % (95 %)",
-        )
-    rest = f"; not {', '.join(others)}" if len(others) else ""
-    report.tile(f"{len(names)} of {len(uncertainty)}", f"directions identified{rest}")
-    if truth is not None and len(names):
-        errors = truth.set_index("direction").loc[names, "error of |K| [%]"]
-        report.tile(f"{errors.median():.1f} %", "rms error of an identified direction, median")
-        report.tile(f"{errors.max():.1f} %", f"the largest of them, {errors.idxmax()}")
-
-
-def _procedure(report: Report, bench: CharacterisedBench) -> None:
-    """Say what was asked, and with which data."""
-    first = bench.result
-    gears = sorted({run.gear for run in first.runs})
-    report.section(
-        "What was asked, and with which data",
-        f"Mount set {first.mount_set} on {bench.title}: {len(first.runs)} runs with rising torque "
-        f"in the gears {', '.join(map(str, gears))}, engine order {first.campaign.order:g}. "
-        f"Preload variable: {first.options.preload.name.lower().replace('_', ' ')}.",
-        folded=True,
-    )
-    calibration = (
-        " Before that the measuring chain calibrates itself: sensors on a rigid body must "
-        "agree, and the forces of the mounts must be mass times acceleration."
-    )
-    report.text(
-        "Accelerometers give the motion of the rigid powertrain and with it of the virtual point "
-        "in each mount; cells below the mounts, calibrated by a shaker at the virtual point, give "
-        "its force. Force over displacement is the operating dynamic stiffness. Complete cubics "
-        "in preload, displacement amplitude and frequency, in pieces of the preload, are fitted "
-        "to real and imaginary part." + (calibration if first.options.self_calibration else "")
-    )
-    for direction in first.directions.values():
-        report.text(direction.complaint or "")
-
-
-def _accuracy(
-    report: Report,
-    numbers: pd.DataFrame,
-    uncertainty: pd.DataFrame,
-    truth: pd.DataFrame | None,
-) -> None:
-    """Say how far to believe the surfaces."""
-    shared = ""
-    if truth is not None:
-        shared = (
-            " All lines of one bench share its errors, so the band may contain all of them or "
-            "hardly any. Over many benches it should contain 95 %."
-        )
-    report.section(
-        "How far to believe it",
-        "Uncertainty from the measuring chain, error against the truth (if the truth is known), "
-        "and fit of the surface to the measured values.",
-    )
-    alone = [name for name in uncertainty.columns if name.endswith(ALONE)]
-    report.table(
-        "uncertainty",
-        uncertainty,
-        f"Half width of the 95 % band of the surface, median over its lines. Beyond "
-        f"{100 * IDENTIFIED:.0f} % a direction is not identified.{shared}",
-        shown=uncertainty.drop(columns=alone),
-    )
-    if truth is not None:
-        report.table(
-            "truth",
-            truth,
-            "Rms error of the surface against the truth. Held-out: a surface fitted without the "
-            "check runs, on those.",
-        )
-    r2 = r2_table(numbers)
-    report.table(
-        "r2",
-        r2,
-        "Coefficient of determination, beside tables 6 to 8 of the thesis. Held-out as above; a "
-        "dash: not known.",
-        {name: 2 for name in r2.columns if name.endswith("[%]")},
-    )
-
-
-def _transfer(report: Report, bench: CharacterisedBench) -> None:
-    """Show how the cells below the mounts are calibrated."""
-    report.section(
-        "Force transfer matrices",
-        "A shaker at the virtual point of each mount shows how the cells below measure a force at "
-        "that point. The force in operation is the inverse of this matrix times the force of the "
-        "cells.",
-        folded=True,
-    )
-    matrices = force_transfer_matrices(bench)
-    report.table(
-        "force_transfer",
-        force_transfer_table(list(matrices.values())),
-        "Mean over frequency and repeats. Deviations are relative to the matrix's column.",
-    )
-    if matrices:
-        report.figure(
-            "force_transfer",
-            partial(transfer_panels, list(matrices.values())),
-            "What the cells show of a force at the virtual point, over frequency: constant, so "
-            "that its mean stands for all lines (thesis, figure 18).",
-        )
-
-
-def _summary(bench: CharacterisedBench, numbers: pd.DataFrame) -> dict[str, float]:
-    """Gather the headline numbers; the study's docstring explains the keys."""
-    by_key = {
-        "r2_real": percent(numbers, "r2_real"),
-        "r2_imag": percent(numbers, "r2_imag"),
-        "r2_force_real": percent(numbers, "r2_force_real"),
-        "r2_force_imag": percent(numbers, "r2_force_imag"),
-        "r2_real_held_out": percent(numbers, "check_r2_real"),
-        "r2_imag_held_out": percent(numbers, "check_r2_imag"),
-        "truth_error_percent": percent(numbers, "error"),
-        "truth_error_percent_held_out": percent(numbers, "check_error"),
-        "half_width_95_percent": percent(numbers, "half_width"),
-        "coverage_95_percent": percent(numbers, "coverage"),
-    }
-    summary: dict[str, float] = {}
-    for key, values in by_key.items():
-        for name, value in values.dropna().items():
-            summary[f"{key}_{str(name).replace(' ', '_')}"] = float(value)
-    summary["n_identified"] = int(identified(numbers).sum())
-    summary["seconds"] = round(bench.seconds, 3)
-    return summary
-
-
-def _static(report: Report, bench: CharacterisedBench, maps: Mapping[str, OperatingMap]) -> None:
-    """Draw the stiffness over the static force: real parts of all mounts, then imaginary parts."""
-    for axis in AXES:
-        panels = []
-        for part, of in (("Re", np.real), ("Im", np.imag)):
-            for name, surface in bench.surfaces.items():
-                lines = maps[name]
-                if lines.axis != axis or not np.isfinite(lines.static_force).all():
-                    continue
-                preload = lines.preload(Preload.STATIC_FORCE)
-                points = {
-                    "measured": (preload, of(lines.stiffness) * N_PER_MM),
-                    "response surface": (preload, of(bench.modelled(surface, lines)) * N_PER_MM),
-                }
-                panels.append(CurvePanel(f"{part} K, {name}", preload, {}, points))
-        if panels:
-            report.figure(
-                f"static_{axis}",
-                partial(
-                    plot.curve_panels,
-                    panels,
-                    x_label="static force [N]",
-                    y_label="K [N/mm]",
-                    columns=len(panels) // 2,
-                ),
-                f"Axis {axis}. Real parts above, imaginary parts below, over the quasi-static "
-                "force of the cells. The scatter of both is the projection of amplitude and "
-                "frequency.",
+            inputs = bench.input_files
+        else:
+            bench = characterise_virtual(
+                options.seed, options.mount_set, how, progress, noise_free=options.noise_free
             )
-
-
-def _motion(report: Report, bench: CharacterisedBench) -> None:
-    """Show how well the rigid body's motion fits its sensors."""
-    report.section(
-        "Motion of the powertrain",
-        f"Run {shown_run(bench).name}. The motion of the rigid body comes from all accelerometers "
-        "together; each of them can be computed from it again.",
-        folded=True,
-    )
-    report.table(
-        "quality",
-        quality_of_motion(bench),
-        "Checks whether the sensors agree, in the order in which a laboratory corrects errors: "
-        "the first check needs only the position sheet, the last leaves out one sensor at a time "
-        "and names the faulty sensor.",
-    )
-
-
-def _thinned(measured: OperatingMap) -> OperatingMap:
-    return measured.select(slice(None, None, max(1, len(measured) // SHOWN_POINTS)))
+            inputs = ()  # its files do not stay
+        models = model_table(bench) if options.models else None
+        return characterisation_report(bench, models, inputs)

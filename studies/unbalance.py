@@ -75,10 +75,10 @@ from deboom.compressor.unbalance import UnbalanceOptions
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.files.limits import read_component_limits
 from deboom.measurement.compressor_test import HoseState
-from deboom.pages.compressor_unbalance import STEPS, UnbalancePlan, measured_unbalance
 from deboom.pages.unbalance import unbalance_report
 from deboom.progress import counted, progress_bar
 from deboom.report import Report
+from deboom.runs.compressor_tests import UNBALANCE_STEPS, UnbalancePlan, measured_unbalance
 from deboom.runs.options import BAND, ComponentLimitsFile, Level, WithTruth, band_of
 from deboom.runs.result import RunContext
 
@@ -141,7 +141,7 @@ def run(plan: UnbalancePlan, options: Options, context: RunContext | None = None
     """Evaluate by five routes, report, and say the verdict on the part."""
     command = "" if context is None else context.command
     with progress_bar("unbalance") as progress:
-        step = counted(progress, STEPS)
+        step = counted(progress, UNBALANCE_STEPS)
         if options.folder is not None:
             measured = measured_unbalance(options.folder, plan, step)
             if measured.verdicts:

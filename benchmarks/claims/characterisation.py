@@ -41,16 +41,11 @@ from deboom.files.platform import read_platform
 from deboom.measurement.campaign import Campaign
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.mounts.characterise import CharacteriseOptions, characterise
+from deboom.mounts.characterised_bench import CharacterisedBench, direction_numbers, identified
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.operating_map import bench_load_case
 from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
-from deboom.pages.mount_characterisation import (
-    CharacterisedBench,
-    characterise_given,
-    characterise_virtual,
-    direction_numbers,
-    identified,
-)
+from deboom.runs.campaigns import characterise_given, characterise_virtual
 from deboom.vehicles.platform import Platform
 from deboom.vehicles.powertrain import KinematicModel
 from deboom.vehicles.surface_check import PEAKS, surface_check

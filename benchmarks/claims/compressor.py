@@ -50,7 +50,6 @@ from scipy.stats import binom
 from claims import CASES, Claim, at_least, at_most, between, draws, in_processes, over_draws
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
-from deboom.bench.truth import UnbalanceTruth, read_unbalance_truth
 from deboom.choices import CalibrationLevel
 from deboom.common import DOFS
 from deboom.compressor.acceptance import (
@@ -66,12 +65,14 @@ from deboom.compressor.acceptance import (
     unbalance_characteristic,
 )
 from deboom.compressor.identification import Identification, IdentifyOptions
+from deboom.compressor.identified_test import CompressorTruth, errors_of
 from deboom.compressor.identify import identify
+from deboom.compressor.measured_unbalance import UnbalanceTruth
 from deboom.compressor.unbalance import RouteResult, Unbalance, UnbalanceOptions, unbalance
 from deboom.files.inertance_test import read_inertance_test
 from deboom.files.operating_test import read_operating_test
+from deboom.files.truth import read_compressor_truth, read_unbalance_truth
 from deboom.measurement.compressor_test import InertanceTest
-from deboom.pages.compressor_identification import CompressorTruth, errors_of, read_compressor_truth
 
 N_PARTS = draws(4000)
 STATES = {

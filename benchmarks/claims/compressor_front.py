@@ -19,9 +19,10 @@ from threadpoolctl import threadpool_limits
 from claims import CASES, Claim, at_most, in_processes, over_draws
 from deboom.arrays import RealArray
 from deboom.choices import CalibrationLevel
+from deboom.compressor.identify import identify
+from deboom.compressor.mounted_fleet import exact_levels, mounted_fleet
 from deboom.explore.space import generator
-from deboom.runs import compressor_fleet
-from deboom.runs.compressor_fleet import exact_levels, mounted_fleet, virtual_fleet
+from deboom.runs.compressor_fleet import virtual_fleet
 from deboom.runs.runner import load_study
 
 STUDY = load_study("compressor_front")
@@ -61,10 +62,10 @@ def _laboratory(seed: int) -> tuple[RealArray, RealArray, float]:
         alone = slice(seed % 5, seed % 5 + 1)
         truth = replace(fleet.truth, bodies=fleet.truth.bodies[alone])
         fleet = replace(fleet, cars=fleet.cars[alone], truth=truth)
-    identify_once = cache(compressor_fleet.identify)
+    identify_once = cache(identify)
     errors = []
     for hoses in (True, False):
-        with patch.object(compressor_fleet, "identify", identify_once):
+        with patch("deboom.compressor.mounted_fleet.identify", identify_once):
             model = mounted_fleet(
                 fleet, LINES, {}, lambda _: None, identical=False, with_hoses=hoses, places=False
             )

@@ -26,19 +26,18 @@ from numpy.typing import ArrayLike
 from claims import CASES, Claim, between, in_processes, over_draws
 from deboom.bench.electric_car import MOUNTS, columns_of, frozen_fleet
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
-from deboom.compressor.unbalance import unbalance
-from deboom.measurement.compressor_test import HoseState
-from deboom.pages.compressor_noise import (
+from deboom.compressor.noise_comparison import (
     HOSE_BAND,
     MODES,
     CarNoise,
-    NoisePlan,
     SweepErrors,
     in_band,
-    noise_of_car,
     peak_deviations,
     sweep_errors,
 )
+from deboom.compressor.unbalance import unbalance
+from deboom.measurement.compressor_test import HoseState
+from deboom.runs.compressor_tests import NoisePlan, noise_of_car
 
 SOFT, STANDARD = HoseState.SOFT, HoseState.STANDARD
 NINETY = 1.645

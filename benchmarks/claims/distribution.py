@@ -32,19 +32,19 @@ from deboom.bench.fleet import load_fleet, noise_transfer
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import load_bench, read_data
-from deboom.bench.truth import read_unbalance_truth
 from deboom.choices import CalibrationLevel
 from deboom.compressor.identification import IdentifyOptions
+from deboom.compressor.identified_test import errors_of
 from deboom.compressor.identify import identify
 from deboom.compressor.unbalance import CALIBRATED_MEASUREMENT, UnbalanceOptions, unbalance
 from deboom.explore.doe import latin_hypercube
 from deboom.explore.sensitivity import design_inputs, fast_sobol_indices, sobol_designs
 from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.files.operating_test import read_operating_test
+from deboom.files.truth import read_compressor_truth, read_unbalance_truth
+from deboom.measurement.booming_peaks import PressureComparison
 from deboom.mounts.mount import not_identified
-from deboom.pages.compressor_identification import errors_of, read_compressor_truth
 from deboom.physics.sound_level import spl
-from deboom.vehicles.booming_peaks import PressureComparison
 
 DRAWS = draws(20)
 FIRST = 2001

@@ -39,7 +39,7 @@ from deboom.measurement.uncertainty import method_difference, pivotal_interval
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.surface_forces import Outside, surface_forces
-from deboom.pages.mount_characterisation import characterise_virtual
+from deboom.runs.campaigns import characterise_virtual
 from deboom.vehicles.booming_model import booming_model
 from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.platform import Platform

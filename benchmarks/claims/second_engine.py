@@ -29,8 +29,8 @@ from claims import CASES, Claim, in_processes, over_draws
 from deboom.bench.campaign import second_engine_plan, training_plan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.powertrain import load_second_engine
-from deboom.bench.truth import read_set_truth
 from deboom.files.campaign import read_campaign
+from deboom.files.truth import read_set_truth
 from deboom.measurement.campaign import Campaign
 from deboom.mounts.characterise import (
     CharacteriseOptions,

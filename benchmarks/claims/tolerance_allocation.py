@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from claims import Claim, at_most, between, draws
-from deboom.runs.made_parts import ScatterOptions
+from deboom.runs.options import ScatterOptions
 from deboom.runs.platform_options import MotionOptions
 from deboom.runs.runner import load_study
 from deboom.runs.search import SearchOptions

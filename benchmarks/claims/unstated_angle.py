@@ -27,9 +27,9 @@ from scipy.spatial.transform import Rotation
 from claims import Claim, at_least, at_most, draws, in_processes, over_draws, reported
 from deboom.arrays import RealArray
 from deboom.bench.powertrain import VirtualBench, load_bench
-from deboom.bench.truth import read_set_truth
 from deboom.common import AXES
 from deboom.errors import InputError
+from deboom.files.truth import read_set_truth
 from deboom.measurement.campaign import Campaign
 from deboom.mounts.characterise import cross_stiffness_of_campaign, stated_maps
 from deboom.mounts.cross_stiffness import QUANTILE, CrossStiffness, unexplained_along_axes

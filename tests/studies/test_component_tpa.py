@@ -12,6 +12,7 @@ from command_line import call
 from deboom.bench import ComponentPlan, write_component_test
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
+from deboom.pages.component_tpa import measured_lines, moved_level
 from deboom.runs.runner import load_study
 from pinned_pages import hold
 
@@ -40,15 +41,15 @@ def test_tables_have_units_and_every_line(finished):
 
 
 def test_another_receiver_is_compared_on_the_lines_of_the_prediction():
-    study, lines = STUDY.module, np.arange(20.0, 26.0)
+    lines = np.arange(20.0, 26.0)
     measured = Spectrum(lines, lines[:, np.newaxis] + 0j, ("driver ear",), "Pa")
     sound = Spectrum(lines[2:4], measured.values[2:4], measured.channels, "Pa")
     moved = SimpleNamespace(receiver="wagon", run="steady", sound=sound, measured=measured)
-    assert study.measured_lines(moved) == pytest.approx(sound.values)
-    assert study.moved_level(moved) == pytest.approx(0.0)
+    assert measured_lines(moved) == pytest.approx(sound.values)
+    assert moved_level(moved) == pytest.approx(0.0)
     other = Spectrum(lines[2:4] + 0.5, sound.values, sound.channels, "Pa")
     with pytest.raises(InputError, match="run steady lack lines"):
-        study.measured_lines(SimpleNamespace(**vars(moved) | {"sound": other}))
+        measured_lines(SimpleNamespace(**vars(moved) | {"sound": other}))
 
 
 def test_a_users_folder_with_what_it_leaves_out(tmp_path):

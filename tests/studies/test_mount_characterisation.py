@@ -11,11 +11,12 @@ from deboom.bench.campaign import NO_ERRORS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.errors import InputError
 from deboom.mounts.characterise import CharacteriseOptions
+from deboom.mounts.characterised_bench import direction_numbers, model_table, usable_maps
 from deboom.mounts.response_surface import standard_models
-from deboom.pages import mount_characterisation as characterisation
 from deboom.pages import mount_figures
-from deboom.pages.mount_characterisation import characterise_given, direction_numbers
+from deboom.pages.mount_characterisation import characterisation_report
 from deboom.report.report import Picture, Report
+from deboom.runs.campaigns import characterise_given
 from deboom.runs.runner import load_study, run_study
 from pinned_pages import hold
 from samples.campaign_runs import SEVEN_RUNS
@@ -74,7 +75,7 @@ def test_every_figure_has_its_place_on_the_page(blind, monkeypatch):
     strut = {"TSM x": blind.result.directions["TSM x"]}
     bench = replace(blind, result=replace(blind.result, directions=strut))
     monkeypatch.setattr(Report, "figure", DRAWN)
-    done = STUDY.module.reported(bench, STUDY.module.Options())
+    done = characterisation_report(bench, None)
     assert set(done.figures) == {
         "static_x",
         "stiffness_map_TSM",
@@ -119,7 +120,7 @@ def test_every_line_is_in_the_tables_with_its_noise_and_its_surface(blind):
 
 def test_r2_stops_where_noise_says(blind):
     """A perfect model would reach what noise allows: surfaces of directions that move do."""
-    usable = characterisation.usable_maps(blind)
+    usable = usable_maps(blind)
     numbers = direction_numbers(blind).set_index("direction")
     for name in ("EnM z", "GeM x", "TSM x", "TSM z"):
         real, imag = mount_figures.noise_ceiling(usable[name])
@@ -153,10 +154,9 @@ def test_without_errors_nothing_but_the_model_form_is_left(tmp_path):
     assert direction_numbers(exact)["error"].max() < 0.0105
 
 
-def test_other_models_are_compared_on_the_check_runs(blind, monkeypatch):
+def test_other_models_are_compared_on_the_check_runs(blind):
     chosen = {name: standard_models()[name] for name in ("one cubic", "two cubics")}
-    monkeypatch.setattr(characterisation, "standard_models", lambda: chosen)
-    table = characterisation.model_table(blind)
+    table = model_table(blind, chosen)
     assert len(set(table["direction"])) > 5
     assert table["model"].tolist() == list(chosen) * len(set(table["direction"]))
     assert table["lines compared [1]"].min() >= 2

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from deboom.errors import InputError
+from deboom.files.catalogue import platform_catalogue
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import CATALOGUE_FILE, read_platform
 from deboom.files.tables import read_frame
@@ -81,7 +82,7 @@ def test_a_library_database_serves_as_catalogue(tmp_path):
     wanted = [part for part in parts if part.mount.name == "TSM"][:2]
     with open_library(tmp_path / "parts.db", create=True) as library:
         library.add(campaigns, wanted)
-    catalogue = STUDY.module.platform_catalogue(platform, tmp_path / "parts.db")
+    catalogue = platform_catalogue(platform, tmp_path / "parts.db")
     assert catalogue.n_parts == (1, 1, 3, 1)
     assert catalogue.label("TSM", 2) == "TSM-M2"
 
@@ -89,11 +90,11 @@ def test_a_library_database_serves_as_catalogue(tmp_path):
 def test_what_is_no_catalogue_is_refused(tmp_path):
     platform = read_platform(PLATFORM)
     with pytest.raises(InputError, match="there is no catalogue"):
-        STUDY.module.platform_catalogue(platform, tmp_path / "none.json")
+        platform_catalogue(platform, tmp_path / "none.json")
     with pytest.raises(InputError, match=r"no mount \['Q'\]"):
-        STUDY.module.platform_catalogue(platform, None, ["Q"])
+        platform_catalogue(platform, None, ["Q"])
     shutil.copy(PLATFORM / "mounts.library.json", tmp_path / "own.json")
     with pytest.raises(InputError, match="no further part"):
-        STUDY.module.platform_catalogue(platform, tmp_path / "own.json")
+        platform_catalogue(platform, tmp_path / "own.json")
     with pytest.raises(InputError, match="known by their surfaces alone"):
         run_study(STUDY, tmp_path, {**BUDGET, "mounts": MountSource.spectra})

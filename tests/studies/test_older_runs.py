@@ -1,6 +1,8 @@
 """What deboom 0.3.0 wrote still opens, or is refused with the remedy."""
 
+import re
 import shutil
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +11,9 @@ import pytest
 
 import deboom
 from command_line import call, refused
+from deboom.errors import InputError
 from deboom.files.acceptance import checksum, read_specification
+from deboom.files.former_studies import MOVED_NAMES
 from deboom.runs.runner import load_study
 
 OLD = Path(__file__).parents[1] / "data" / "deboom-0.3.0"
@@ -100,3 +104,52 @@ def test_an_unfinished_run_is_refused_with_the_remedy_and_stays(tmp_path):
         "resume it with the versions that wrote it (deboom 0.3.0), start a new run",
     )
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
+
+
+def is_there(module, name):
+    """Whether a module has a name, or is a package with a module of this name."""
+    try:
+        return hasattr(import_module(module), name) or bool(import_module(f"{module}.{name}"))
+    except ModuleNotFoundError:
+        return False
+
+
+def test_what_a_copied_study_imports_is_there_or_told_where_it_is():
+    """A study that was copied from 0.3.0 runs, or each import that fails says what to write."""
+    imported = [
+        line.split() for line in (OLD / "study_imports.txt").read_text("utf-8").splitlines()
+    ]
+    lost = {(module, name) for module, name in imported if not is_there(module, name)}
+    assert lost == {(module, name) for module, homes in MOVED_NAMES.items() for name in homes}
+    for homes in MOVED_NAMES.values():
+        for home in homes.values():
+            assert is_there(*home.rsplit(".", 1)), home
+
+
+def test_a_copied_study_is_told_where_its_names_are(tmp_path):
+    study = tmp_path / "mine.py"
+    study.write_text(
+        '"""Which mine?"""\n\nfrom deboom.arrays import RealArray\n'
+        "from deboom.runs.progress import counted, progress_bar\n"
+    )
+    with pytest.raises(
+        InputError,
+        match=r"mine.py imports names that have moved since it was written: counted of "
+        r"deboom.runs.progress is deboom.progress.counted now; progress_bar of",
+    ):
+        load_study(study)
+
+
+def test_the_change_log_lists_what_moved():
+    log = (Path(__file__).parents[2] / "CHANGELOG.md").read_text("utf-8")
+    rows = re.findall(r"^\| `(deboom[\w.]+)` \| (.*) \| `(deboom[\w.]+)` \|$", log, re.MULTILINE)
+    listed = {
+        (module, name): f"{home}.{today or name}"
+        for module, names, home in rows
+        for name, today in re.findall(r"`(\w+)`(?: \(now `(\w+)`\))?", names)
+    }
+    assert listed == {
+        (module, name): home
+        for module, homes in MOVED_NAMES.items()
+        for name, home in homes.items()
+    }

@@ -11,7 +11,7 @@ import deboom
 from deboom.bench.electric_car_writer import write_electric_car
 from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_index import MountStatics
-from deboom.runs.catalogue import platform_catalogue
+from deboom.files.catalogue import platform_catalogue
 
 SMALL = {"vehicles": "U06", "band": (24, 30), "draws": 16}
 

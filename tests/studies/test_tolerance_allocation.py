@@ -9,8 +9,9 @@ import pytest
 
 from deboom.choices import Pick
 from deboom.errors import InputError
+from deboom.files.made_parts import tolerance_cost
 from deboom.files.run_folder import read_run
-from deboom.runs.made_parts import target_limits, tolerance_cost
+from deboom.runs.options import target_limits
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold

@@ -11,9 +11,9 @@ from command_line import call
 from deboom.bench.campaign import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
-from deboom.bench.truth import read_set_truth
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
+from deboom.files.truth import read_set_truth
 from deboom.mounts.library import open_library
 from deboom.runs import campaigns as characterisation_library
 

@@ -12,7 +12,7 @@ from command_line import call
 from deboom.choices import FolderKind, FunctionFiles
 from deboom.errors import InputError
 from deboom.files.check import band_in_words, check_platform
-from deboom.files.folders import FILES, Names, new_folder
+from deboom.files.folders import FOLDERS, Names, new_folder
 from deboom.files.platform import DEMONSTRATION, Engine, LoadCaseEntry, read_platform
 from deboom.files.platform import PowertrainEntry as Powertrain
 from deboom.files.rows import ChannelRow
@@ -129,7 +129,7 @@ def models_of(model):
 def test_every_kind_has_its_keys_in_comments_and_only_asks_for_what_to_fill_in(tmp_path, kind):
     folder = tmp_path / "mine"
     call("new", kind.value, folder, "--mount", "EnM", "--mount", "Du=l,r")
-    file, model = FILES[kind]
+    file, model = FOLDERS[kind].file, FOLDERS[kind].keys
     text = (folder / file).read_text(encoding="utf-8")
     for part in models_of(model):
         for name in part.model_fields:

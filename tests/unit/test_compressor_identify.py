@@ -13,7 +13,7 @@ from deboom.compressor.identification import ALARM, IdentifyOptions, misplaced
 from deboom.compressor.identify import identify
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
-from deboom.pages.compressor_identification import read_compressor_truth
+from deboom.files.truth import read_compressor_truth
 
 QUICK = IdentifyOptions(largest_lines=12)
 

@@ -9,7 +9,6 @@ import pytest
 from deboom.arrays import derivatives
 from deboom.bench.compressor_truth import CompressorPlan, true_compressor
 from deboom.bench.electric_car import MOUNTS as MOUNT_NAMES
-from deboom.bench.truth import UnbalanceTruth
 from deboom.choices import CompressorCase
 from deboom.common import DOFS
 from deboom.compressor.acceptance import (
@@ -26,6 +25,12 @@ from deboom.compressor.acceptance import (
 )
 from deboom.compressor.calibrate import SelfCalibration
 from deboom.compressor.identification import HosePresence, IdentifyOptions
+from deboom.compressor.measured_unbalance import (
+    AUTOMATIC,
+    MeasuredUnbalance,
+    UnbalanceTruth,
+    with_route,
+)
 from deboom.compressor.model import (
     CompressorModel,
     GainFactor,
@@ -48,7 +53,6 @@ from deboom.compressor.unbalance import Unbalance, UnbalanceOptions
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount, HoseState
 from deboom.pages.component_sheet import open_points, verdict_table
-from deboom.pages.compressor_unbalance import AUTOMATIC, MeasuredUnbalance, with_route
 from deboom.physics.rigid_body import RigidBody, mass_matrix
 
 LINES = np.arange(10.0, 150.5, 0.5)

@@ -4,22 +4,22 @@ import numpy as np
 import pytest
 
 from deboom.compressor.cabin_noise import NoiseBand, SweepNoise
-from deboom.errors import InputError
-from deboom.measurement.channels import Frf
-from deboom.measurement.compressor_test import HoseState
-from deboom.measurement.electric_car import WrenchNoiseTransfer
-from deboom.pages.compressor_noise import (
+from deboom.compressor.noise_comparison import (
     MODES,
     CarNoise,
-    NoisePlan,
+    measured_gain_table,
     peak_deviations,
     ranking,
     soft_partner,
     sweep_errors,
 )
-from deboom.runs.runner import load_study
+from deboom.errors import InputError
+from deboom.measurement.channels import Frf
+from deboom.measurement.compressor_test import HoseState
+from deboom.measurement.electric_car import WrenchNoiseTransfer
+from deboom.pages import compressor_noise as page
+from deboom.runs.compressor_tests import FLOOR, NoisePlan
 
-STUDY = load_study("compressor_noise").module
 LINES = np.arange(20.0, 141.0)
 PATHS = ("left x", "left y", "hose x")
 
@@ -47,7 +47,7 @@ def sweep(hoses, *, pressure=7.5e5, lines=LINES, hose=0.0, measured=1.0):
 
 
 def error_summary(noise):
-    return STUDY.error_summary(sweep_errors(noise), STUDY.measured_gain_table(noise))
+    return page.error_summary(sweep_errors(noise), measured_gain_table(noise))
 
 
 def case(*sweeps):
@@ -57,7 +57,7 @@ def case(*sweeps):
         ends = [level + off for off in (-1, 1, -1, 1)]
         besides = np.stack([np.full(level.size, off) for off in (-0.5, 0.5)])
         bands.append(NoiseBand(*ends, np.array([-0.3, 0.3]), besides, level))
-    return CarNoise("EV", 1, sweeps, tuple(bands), (), 1.0)
+    return CarNoise("EV", 1, sweeps, tuple(bands), (), 1.0, FLOOR)
 
 
 def test_deviations_are_those_of_the_peaks():
@@ -85,7 +85,7 @@ def test_gains_compare_sweeps_of_one_pressure():
     both = case(soft, standard, other)
     assert soft_partner(both, standard) is soft
     assert soft_partner(both, other) is None
-    table = STUDY.measured_gain_table(both)
+    table = measured_gain_table(both)
     assert len(table) == 1
     assert table["measured gain [dB]"].item() == pytest.approx(
         table["synthesised gain [dB]"].item()

@@ -8,10 +8,11 @@ import pytest
 from deboom.errors import InputError
 from deboom.explore.space import stiffness_factor_space
 from deboom.files.library_export import read_library_json
+from deboom.files.made_parts import made_parts
 from deboom.mounts.library import open_library
 from deboom.mounts.part_scatter import ENOUGH, ScatterPrior, direction_scatter
+from deboom.pages.front import report_parts
 from deboom.report import Report
-from deboom.runs.made_parts import made_parts, report_parts
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "data"
 NAMES = tuple(f"{mount} {axis}" for mount in ("TSM", "Du") for axis in "xyz")

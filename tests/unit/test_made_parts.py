@@ -8,7 +8,8 @@ import pytest
 import deboom
 from deboom.explore.scatter import PartNumber, part_structure, sobol_sample
 from deboom.explore.space import stiffness_factor_space
-from deboom.runs.made_parts import ONE_SIDED_95, MadeParts, ToleranceTask
+from deboom.explore.tolerance_allocation import ONE_SIDED_95, ToleranceTask
+from deboom.files.made_parts import MadeParts
 
 NAMES = ("a x", "a y")
 DRAWS = 256

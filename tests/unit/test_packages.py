@@ -1,4 +1,4 @@
-"""What each package says that it may import, held against its imports and the layers."""
+"""What each package says that it may import, against its imports and layers; studies compose."""
 
 import ast
 import re
@@ -7,8 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from deboom.report import Report
+
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "deboom"
+STUDIES = sorted((ROOT / "studies").glob("[!_]*.py"))
 PACKAGES = sorted(path.parent.name for path in SOURCE.glob("*/__init__.py"))
 
 
@@ -49,3 +52,24 @@ def test_what_a_package_may_import_lies_below_it(package):
     upwards = {name for name in stated(package) if place[name] <= place[package]}
     # a front draws itself, when a notebook asks for it
     assert upwards == ({"plot"} if package == "explore" else set())
+
+
+def written(path):
+    """Return what a file writes on a page: calls of `Report`, and of what a report shows."""
+    shows = {name for name in vars(Report) if not name.startswith("_")} - {"attach"}
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Call):
+            match node.func:
+                case ast.Name("Report"):
+                    yield node.lineno
+                case ast.Attribute(ast.Name("report"), name) if name in shows:
+                    yield node.lineno
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
+def test_a_study_composes_and_leaves_its_page_to_the_pages(path):
+    assert not list(written(path))
+
+
+def test_a_study_that_writes_on_its_page_is_seen():
+    assert list(written(ROOT / "docs" / "guides" / "example_study.py"))

@@ -14,14 +14,10 @@ from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import Search, Until, nsga2, searched
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
+from deboom.pages.limits import _misses_in_words, report_limits
 from deboom.report import Report
 from deboom.runs.options import AimOptions, robust_response
-from deboom.runs.search import (
-    SearchOptions,
-    ThoroughSearchOptions,
-    _misses_in_words,
-    report_limits,
-)
+from deboom.runs.search import SearchOptions, ThoroughSearchOptions
 from samples.known_truth import WithSlopes, quad2
 
 MODEL = quad2(5, seed=1)

@@ -16,6 +16,7 @@ from deboom.compressor.identifiability import (
     quantity_deviations,
 )
 from deboom.compressor.identification import IdentifyOptions
+from deboom.compressor.identified_test import errors_of
 from deboom.compressor.identify import frac, identify, modal_likeness
 from deboom.compressor.model import GAIN_PARAMETERS, CompressorModel, GainFactor
 from deboom.compressor.mount_shares import mount_shares
@@ -31,8 +32,8 @@ from deboom.compressor.virtual_point_fit import (
 from deboom.errors import InputError
 from deboom.files.compressor_model import compressor_document
 from deboom.files.inertance_test import read_inertance_test
+from deboom.files.truth import TRUTH_FILE, read_compressor_truth
 from deboom.measurement.channels import Frf
-from deboom.pages.compressor_identification import TRUTH_FILE, errors_of, read_compressor_truth
 
 
 def test_deviation_from_the_coherence_of_five_hits():

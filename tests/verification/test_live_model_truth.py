@@ -19,11 +19,11 @@ import deboom
 from deboom.errors import InputError
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import PartNumber, part_structure
+from deboom.measurement.booming_peaks import booming_peaks
 from deboom.pages.live_model import LiveCase, live_model, live_page
 from deboom.physics.sound_level import run_up_sound
 from deboom.report.live import LiveModel
 from deboom.vehicles.booming_model import BoomingModel, Motion
-from deboom.vehicles.booming_peaks import booming_peaks
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.limits import PeakLevel, ScatteredLevel, mount_price
 from javascript import evaluated, script

@@ -19,8 +19,8 @@ from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.layout import CELL_OFFSETS
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench, load_second_engine
-from deboom.bench.truth import read_set_truth
 from deboom.files.campaign import read_campaign, read_time_run
+from deboom.files.truth import read_set_truth
 from deboom.measurement.campaign import ShakerRun
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.force_transfer import force_transfer_matrix

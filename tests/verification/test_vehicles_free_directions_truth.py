@@ -8,7 +8,7 @@ from deboom.bench.platform_writer import write_platform
 from deboom.explore.box import BoxQuestion
 from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.explore.selection import variables_without_effect
-from deboom.vehicles.booming_peaks import compare_peaks
+from deboom.measurement.booming_peaks import compare_peaks
 from deboom.vehicles.free_directions import Need, free_directions
 from deboom.vehicles.limits import MeanLevel
 

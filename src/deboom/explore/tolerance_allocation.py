@@ -17,7 +17,10 @@ from deboom.arrays import RealArray, checked, frozen_copy
 from deboom.choices import Distribution
 from deboom.errors import InputError
 from deboom.explore.robust import Robust, RobustEvaluation, RobustValues, joined
-from deboom.explore.scatter import ToleranceSample
+from deboom.explore.scatter import (
+    ToleranceSample,
+    sobol_sample,
+)
 from deboom.explore.space import SIGMAS_PER_TOLERANCE, DesignSpace, check_gradient
 from deboom.tabled import Tabled
 
@@ -539,3 +542,101 @@ def allocate_tolerances(
     allocator = Allocator(effect, cost, np.asarray(tightest), np.asarray(widest))
     kept = allocator.at(allocator.today).sigma_sum if sigma is None else sigma
     return allocator.cheapest(SigmaTarget(kept))
+
+
+ROUNDS = 5
+"""Searches at most: if new draws do not confirm a share, the next search asks for another one."""
+CLOSE = 0.002
+"""How much more than the wanted share is not worth another round [1]."""
+ONE_SIDED_95 = 1.644854
+"""Lower 95 % bound in standard errors [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Verified:
+    """σ of the mean level [dB], share within the limits and its lower 95 % bound, nan without."""
+
+    sigma: float
+    share: float
+    share_lower: float
+
+
+@dataclass(frozen=True, eq=False)
+class ToleranceTask:
+    """One design whose tolerances shall reach a σ, or a share within limits (v,) of SPLV.
+
+    `sigma`: of the mean level [dB], today's by default; `share`: of parts × vehicles within the
+    limits [1]; `draws`: with which tolerances are verified; `seed`: from 1.
+    """
+
+    robust: Robust
+    allocator: Allocator
+    limits: RealArray | None
+    sigma: float | None
+    share: float
+    draws: int
+    seed: int
+
+    @property
+    def per_line(self) -> float:
+        """Factor from a sum over vehicles and lines to the mean over both [1]."""
+        index: Any = self.robust.evaluate
+        return float(1.0 / (index.n_lines * len(index.response_names)))
+
+    def reached(self, find: Callable[[Target], Allocation]) -> Allocation:
+        """Return what is found for the target.
+
+        A share is asked for a little higher, or lower, until new draws show the wanted share with
+        95 % confidence and hardly more: what is chosen by few draws suits these draws best.
+        """
+        if self.limits is None:
+            wanted = self.sigma
+            today = self.allocator.at(self.allocator.today).sigma_sum
+            return find(self._sigma(today if wanted is None else wanted / self.per_line))
+        tried: list[tuple[float, Allocation]] = []
+        share = self._share(self.share)
+        for _ in range(ROUNDS):
+            try:
+                allocation = find(share)
+            except InputError:
+                if not tried:
+                    raise
+                break
+            lower = self.verified(allocation.tolerance, "allocation check").share_lower
+            over = lower - self.share
+            tried.append((over, allocation))
+            if 0.0 <= over <= CLOSE or not 0.0 < share.share - over < 1.0:
+                break
+            share = replace(share, share=share.share - over + 0.5 * CLOSE)
+        confirmed = [row for row in tried if row[0] >= 0.0]
+        if confirmed:
+            return min(confirmed, key=lambda row: row[1].total_cost)[1]
+        return max(tried, key=lambda row: row[0])[1]
+
+    def verified(self, tolerance: RealArray, purpose: str) -> Verified:
+        """Evaluate tolerances, shape (k,), with draws that nothing was chosen by."""
+        robust = with_draws(self.robust, purpose, self.draws, self.seed)
+        whole = robust.space.tolerance.copy()
+        whole[[robust.space.names.index(name) for name in self.allocator.names]] = tolerance
+        robust = replace(robust, space=replace(robust.space, tolerance=whole))
+        values = robust.made_responses(self.allocator.effect.design)[1]
+        sigma = float(values.std(axis=0, ddof=1).sum() * self.per_line)
+        if self.limits is None:
+            return Verified(sigma, np.nan, np.nan)
+        good = (values <= self.limits).mean(axis=1)
+        error = float(good.std(ddof=1) / np.sqrt(self.draws))
+        share = float(good.mean())
+        return Verified(sigma, share, share - ONE_SIDED_95 * error)
+
+    def _sigma(self, total: float) -> SigmaTarget:
+        return SigmaTarget(total, self.per_line, "σ of the mean level [dB]")
+
+    def _share(self, share: float) -> ShareTarget:
+        index: Any = self.robust.evaluate
+        return ShareTarget(np.asarray(self.limits), share, scale=1.0 / index.n_lines, unit="dB")
+
+
+def with_draws(robust: Robust, purpose: str, n_samples: int, seed: int) -> Robust:
+    """Return a model with other draws, for choosing tolerances or for checking them."""
+    sample = sobol_sample(robust.n_draws, n_samples, seed=seed, purpose=purpose)
+    return replace(robust, sample=sample)

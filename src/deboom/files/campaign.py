@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
+from deboom.choices import FolderKind
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.files.function_table import (
@@ -33,6 +34,7 @@ from deboom.files.rows import (
 from deboom.files.schema import (
     AtLeastOne,
     Axis,
+    FolderRecord,
     Name,
     NotNegative,
     Number,
@@ -40,6 +42,7 @@ from deboom.files.schema import (
     Several,
     StrictModel,
     append_toml,
+    assumed_lines,
     beyond_gears,
     doubled,
     for_each,
@@ -752,3 +755,27 @@ def _functions(tables: _Tables, run: OperatingRun, notes: Sequence[str]) -> list
                 dof.function(run.frequency, values[dof.name], ORDER_SPECTRUM, *of, id_lines)
             )
     return functions
+
+
+def _lines(folder: Path) -> Iterator[tuple[str, str]]:
+    """Give name and text of each line on what a folder holds."""
+    held = read_campaign(folder)
+    lines = held.runs[0].acceleration.frequency
+    yield "campaign", held.name
+    yield "mounts", ", ".join(mount.name for mount in held.mounts)
+    yield "sensors", f"{len(held.sensors)}, switched off: {', '.join(held.switched_off) or 'none'}"
+    yield "runs", f"{len(held.runs)} of mount sets {', '.join(held.mount_sets)}"
+    yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz of order {held.order:g}"
+    yield "shaker", f"{len(held.shaker_runs)} runs"
+    yield "curves", f"{len(held.static_curves)} of suppliers"
+    yield from assumed_lines(held.assumed)
+
+
+CAMPAIGN = FolderRecord(
+    kind=FolderKind.campaign,
+    file=CAMPAIGN_FILE,
+    keys=CampaignFile,
+    command="deboom characterise {} --library mounts.db",
+    guide="your-own-data",
+    lines=_lines,
+)

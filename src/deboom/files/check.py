@@ -13,15 +13,14 @@ from pathlib import Path
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.choices import FolderKind
 from deboom.errors import DataWarning, InputError
 from deboom.files.campaign import CampaignFile, read_campaign, read_time_run
-from deboom.files.folders import FILES, kind_of_folder, summary_of
+from deboom.files.folders import FOLDERS, kind_of_folder
 from deboom.files.platform import PlatformFile, assembled, read_functions, read_tables
 from deboom.files.schema import load_toml, noting, telling
 from deboom.files.units import RANGES
 from deboom.measurement.campaign import OperatingRun
-from deboom.measurement.channels import LoadCase
+from deboom.measurement.channels import Band, LoadCase
 from deboom.measurement.order_tracking import tracked_run
 from deboom.mounts.campaign_findings import at_mounts, campaign_findings
 from deboom.mounts.characterise import cross_stiffness_of_campaign
@@ -33,7 +32,7 @@ from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import not_rigid
 from deboom.physics.sound_level import spl
 from deboom.vehicles.expected_change import Information, known_of_body
-from deboom.vehicles.fleet import Band, path_contributions
+from deboom.vehicles.fleet import path_contributions
 from deboom.vehicles.platform import BAND, LIBRARY_FILE, PLATFORM_FILE, MountSource, Platform
 from deboom.vehicles.plausibility import of_moving_body, rigid_share
 
@@ -87,14 +86,14 @@ def check_folder(folder: Path) -> tuple[tuple[str, ...], tuple[str, ...], str]:
     """
     waiting: tuple[str, ...] = ()
     try:
-        kind = kind_of_folder(folder)
-        if kind is FolderKind.platform:
+        record = FOLDERS[kind_of_folder(folder)]
+        if record.lines is None:
             check = check_platform(folder)
             return check.faults, check.waiting, check.summary
         waiting = ("the files that it names",)
-        file = load_toml(folder / FILES[kind][0], FILES[kind][1])
+        file = load_toml(folder / record.file, record.keys)
         waiting = ()
-        lines = list(summary_of(folder, kind))
+        lines = list(record.lines(folder))
         if isinstance(file, CampaignFile):
             lines += _campaign(folder, file)
         return (), (), _aligned(lines)

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from deboom.arrays import ComplexArray, RealArray
+from deboom.choices import FolderKind
 from deboom.common import AXES
 from deboom.errors import InputError, naming
 from deboom.files.function_table import (
@@ -30,9 +31,15 @@ from deboom.files.inertance_test import (
     read_placed,
 )
 from deboom.files.platform import SPECTRA
-from deboom.files.rows import PlacedImpact, PlacedSensor, impact_of, sensor_of
+from deboom.files.rows import (
+    PlacedImpact,
+    PlacedSensor,
+    impact_of,
+    sensor_of,
+)
 from deboom.files.schema import (
     AtLeastOne,
+    FolderRecord,
     NotNegative,
     Number,
     Positive,
@@ -41,14 +48,17 @@ from deboom.files.schema import (
     Several,
     StrictModel,
     Title,
+    assumed_lines,
     doubled,
     load_toml,
     refuse_all,
     same_file,
+    warning_lines,
     within,
 )
 from deboom.files.vehicle import EarEntry, far_from_its_point
 from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.component_findings import component_findings
 from deboom.measurement.component_test import (
     ComponentTest,
     InterfacePoint,
@@ -483,3 +493,38 @@ def read_stiffness(path: Path) -> tuple[RealArray, ComplexArray]:
                 if unit.si != "N/m":
                     raise InputError(f"'{a}{b}' is in '{unit.label}': export it in N/m or N/mm")
     return table.frequency, stiffness
+
+
+def _lines(folder: Path) -> Iterator[tuple[str, str]]:
+    """Give name and text of each line on what a folder holds."""
+    held = read_component_test(folder)
+    others = sorted(folder.glob(f"*/{RECEIVER_FILE}"))
+    receivers = [read_receiver(path.parent) for path in others]
+    lines = held.accelerance.frequency
+    yield "test", held.name
+    points = (f"{point.name} ({len(point.motions)} degrees of freedom)" for point in held.points)
+    yield "points", ", ".join(points)
+    yield (
+        "channels",
+        f"{len(held.indicator_channels)} indicators, {len(held.on_board_channels)} left out",
+    )
+    yield "ears", ", ".join(held.ears)
+    yield "hits on the source", f"{len(held.source_hits)}"
+    yield "free source", "measured" if held.free is not None else "not measured"
+    yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
+    yield "runs", ", ".join(run.name for run in held.runs)
+    for receiver in receivers:
+        yield "receiver", receiver.name
+    doubts = [s for each in receivers or (None,) for s in component_findings(held, each)]
+    yield from warning_lines(dict.fromkeys(doubts))
+    yield from assumed_lines(held.assumed)
+
+
+COMPONENT = FolderRecord(
+    kind=FolderKind.component,
+    file=COMPONENT_FILE,
+    keys=ComponentTestFile,
+    command="deboom run component_tpa --test {}",
+    guide="component-tpa",
+    lines=_lines,
+)

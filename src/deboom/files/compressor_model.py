@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from deboom.compressor.model import GAIN_PARAMETERS, MountsOverStroke
 from deboom.compressor.parameters import MinimalParameters
 from deboom.errors import InputError
 from deboom.files.disk import read_document
+
+if TYPE_CHECKING:
+    pass
 
 FORMAT = "deboom identified compressor"
 VERSION = 1
@@ -97,3 +100,7 @@ def read_fitted_bands(path: Path) -> tuple[tuple[tuple[float, float], ...], dict
         return bands, {str(name): str(of) for name, of in document["inputs_sha256"].items()}
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path} lacks bands or hashes ({error}): {REMEDY}") from None
+
+
+MODEL_FILE = "compressor_model"
+"""Stem of the file of an identified compressor in a run."""

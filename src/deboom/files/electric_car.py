@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from deboom.arrays import RealArray
+from deboom.choices import FolderKind
 from deboom.errors import naming
 from deboom.files.function_table import FRF, Dof, FunctionMatrix, with_their_tables
 from deboom.files.inertance_test import (
@@ -18,16 +19,23 @@ from deboom.files.inertance_test import (
     read_inertances,
     read_placed,
 )
-from deboom.files.operating_test import read_operating_test
-from deboom.files.rows import PlacedImpact, PlacedSensor, impact_of, sensor_of
+from deboom.files.operating_test import read_operating_test, sweep_lines
+from deboom.files.rows import (
+    PlacedImpact,
+    PlacedSensor,
+    impact_of,
+    sensor_of,
+)
 from deboom.files.schema import (
     AtLeastOne,
+    FolderRecord,
     Name,
     Number,
     RelativePath,
     Row3,
     StrictModel,
     Title,
+    assumed_lines,
     doubled,
     load_toml,
     noting,
@@ -36,7 +44,12 @@ from deboom.files.schema import (
 )
 from deboom.files.vehicle import EarEntry, far_from_its_point
 from deboom.measurement.channels import Frf, refuse_window
-from deboom.measurement.electric_car import ElectricCar, PointKind, TransferPoint
+from deboom.measurement.electric_car import (
+    ElectricCar,
+    PointKind,
+    TransferPoint,
+    refuse_contradictions_of_car,
+)
 from deboom.measurement.noise_transfer import PRESSURE_PER_FORCE
 
 ELECTRIC_CAR_FILE = "car.toml"
@@ -186,3 +199,25 @@ def _pressure(path: Path, file: ElectricCarFile, blows: Sequence[Dof]) -> tuple[
     matrix = FunctionMatrix(path, "hammer", (FRF,))
     frf = matrix.frf([ear], blows, "pressure", PRESSURE_PER_FORCE)
     return frf, read_coherences(path, [ear], blows)[1]
+
+
+def _lines(folder: Path) -> Iterator[tuple[str, str]]:
+    """Give name and text of each line on what a folder holds."""
+    held = read_electric_car(folder)
+    with naming(folder):
+        refuse_contradictions_of_car(held)
+    yield "car", f"{held.name}, {held.ear}"
+    yield "points", ", ".join(f"{point.name} ({point.kind.value})" for point in held.points)
+    yield from sweep_lines(folder, held.operation)
+    yield from assumed_lines(held.assumed)
+
+
+CAR = FolderRecord(
+    kind=FolderKind.car,
+    file=ELECTRIC_CAR_FILE,
+    keys=ElectricCarFile,
+    command="deboom run compressor_noise --car {}",
+    guide="your-own-data",
+    lines=_lines,
+    parts={".": FolderKind.operation, "hammer": FolderKind.compressor},
+)

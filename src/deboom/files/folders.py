@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,58 +11,41 @@ import pandas as pd
 
 from deboom.choices import FolderKind, FunctionFiles
 from deboom.common import AXES
-from deboom.compressor.identify import hammer_test_doubts
-from deboom.errors import InputError, naming
-from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign
+from deboom.errors import InputError
+from deboom.files.campaign import CAMPAIGN
 from deboom.files.component_test import (
-    COMPONENT_FILE,
-    RECEIVER_FILE,
-    ComponentTestFile,
-    read_component_test,
-    read_receiver,
+    COMPONENT,
 )
 from deboom.files.disk import complete_or_not_at_all, replace_bytes, replace_text
-from deboom.files.electric_car import ELECTRIC_CAR_FILE, ElectricCarFile, read_electric_car
-from deboom.files.hammer_test import HAMMER_TEST_FILE, HammerTestFile, read_hammer_test
-from deboom.files.inertance_test import INERTANCE_TEST_FILE, InertanceTestFile, read_inertance_test
-from deboom.files.operating_test import OPERATING_TEST_FILE, OperatingTestFile, read_operating_test
-from deboom.files.platform import MountEntry, PlatformFile
+from deboom.files.electric_car import CAR
+from deboom.files.hammer_test import HAMMER
+from deboom.files.inertance_test import (
+    COMPRESSOR,
+)
+from deboom.files.operating_test import (
+    OPERATION,
+)
+from deboom.files.platform import PLATFORM, MountEntry
 from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT
-from deboom.files.schema import StrictModel, doubled, refuse_all
+from deboom.files.schema import FolderRecord, doubled, refuse_all
 from deboom.files.tables import workbook_bytes, write_frame
-from deboom.files.vehicle import VEHICLE_FILE, VehicleFile, read_vehicle
-from deboom.measurement.component_findings import component_findings
-from deboom.measurement.compressor_test import OperatingTest
-from deboom.measurement.driving_points import fault_of_hammer_test
-from deboom.measurement.electric_car import refuse_contradictions_of_car
-from deboom.measurement.impact_test import HammerOptions, hammer_frfs
+from deboom.files.vehicle import VEHICLE
 from deboom.names import look_alikes, name_fault
-from deboom.vehicles.platform import PLATFORM_FILE
 
-FILES: Mapping[FolderKind, tuple[str, type[StrictModel]]] = {
-    FolderKind.platform: (PLATFORM_FILE, PlatformFile),
-    FolderKind.campaign: (CAMPAIGN_FILE, CampaignFile),
-    FolderKind.vehicle: (VEHICLE_FILE, VehicleFile),
-    FolderKind.car: (ELECTRIC_CAR_FILE, ElectricCarFile),
-    FolderKind.operation: (OPERATING_TEST_FILE, OperatingTestFile),
-    FolderKind.compressor: (INERTANCE_TEST_FILE, InertanceTestFile),
-    FolderKind.component: (COMPONENT_FILE, ComponentTestFile),
-    FolderKind.hammer: (HAMMER_TEST_FILE, HammerTestFile),
+FOLDERS: Mapping[FolderKind, FolderRecord] = {
+    record.kind: record
+    for record in (
+        PLATFORM,
+        CAMPAIGN,
+        VEHICLE,
+        CAR,
+        OPERATION,
+        COMPRESSOR,
+        COMPONENT,
+        HAMMER,
+    )
 }
-"""Kind of folder → the file that makes it one, and its keys; a car has ``operation.toml``, too."""
-NEXT: Mapping[FolderKind, tuple[str, str]] = {
-    FolderKind.platform: ("deboom run front {}", "your-own-platform"),
-    FolderKind.campaign: ("deboom characterise {} --library mounts.db", "your-own-data"),
-    FolderKind.vehicle: ("deboom run synthesis_validation --vehicle {}", "your-own-data"),
-    FolderKind.car: ("deboom run compressor_noise --car {}", "your-own-data"),
-    FolderKind.operation: ("deboom unbalance {}", "your-own-data"),
-    FolderKind.compressor: ("deboom identify {}", "your-own-data"),
-    FolderKind.component: ("deboom run component_tpa --test {}", "component-tpa"),
-    FolderKind.hammer: ("deboom look {}", "your-own-data"),
-}
-"""Kind of folder → the command that takes it, and the guide that explains it."""
-CHECKED_LINES = 200.0
-"""Last line of the functions that the check of a hammer test makes of its hits [Hz]."""
+"""Kinds of folders; a car has the file of a running compressor, too, so it comes first."""
 
 
 def kind_of_folder(folder: Path) -> FolderKind:
@@ -70,14 +53,14 @@ def kind_of_folder(folder: Path) -> FolderKind:
 
     - raises InputError: it holds none of them.
     """
-    for kind, (file, _) in FILES.items():
-        if (folder / file).exists():
+    for kind, record in FOLDERS.items():
+        if (folder / record.file).exists():
             return kind
     if not folder.is_dir():
         raise InputError(
             f"{folder}: there is no such folder: `deboom new KIND {folder}` writes one"
         )
-    files = ", ".join(file for file, _ in FILES.values())
+    files = ", ".join(record.file for record in FOLDERS.values())
     raise InputError(f"{folder} holds none of {files}: name the folder of one of them")
 
 
@@ -86,161 +69,25 @@ def refuse_other_kind(folder: Path, kind: FolderKind) -> None:
 
     A folder that is missing, or of no kind, is left to whoever reads it.
     """
-    held = [other for other, (file, _) in FILES.items() if (folder / file).exists()]
-    if held and kind not in held:
-        command, _ = NEXT[held[0]]
+    present = [record for record in FOLDERS.values() if (folder / record.file).exists()]
+    if present and FOLDERS[kind] not in present:
+        first = present[0]
         raise InputError(
-            f"{folder} holds {FILES[held[0]][0]}, not {FILES[kind][0]}: "
-            f"`{command.format(folder.as_posix())}` takes it"
+            f"{folder} holds {first.file}, not {FOLDERS[kind].file}: "
+            f"`{first.command.format(folder.as_posix())}` takes it"
         )
 
 
 def first_steps(folder: Path, kind: FolderKind) -> tuple[str, ...]:
     """Return what to do with a new folder, line by line: fill in, check, go on, read."""
-    (file, _), (command, guide) = FILES[kind], NEXT[kind]
-    where = folder.as_posix()
+    record, where = FOLDERS[kind], folder.as_posix()
     return (
-        f"fill in first: {where}/{file}, the lines with FILL IN; {where}/README.md has the order",
-        f"then: deboom check {where}, which names what is missing, and {command.format(where)}",
-        f"guide: docs/guides/{guide}.md",
+        f"fill in first: {where}/{record.file}, the lines with FILL IN; {where}/README.md has the "
+        "order",
+        f"then: deboom check {where}, which names what is missing, and "
+        f"{record.command.format(where)}",
+        f"guide: docs/guides/{record.guide}.md",
     )
-
-
-def summary_of(folder: Path, kind: FolderKind) -> list[tuple[str, str]]:
-    """Read a folder of any kind but a platform, and say what it holds.
-
-    - returns: name and text of each line.
-    - raises InputError: something is missing or wrong.
-    """
-    return list(_HELD[kind](folder))
-
-
-def _campaign(folder: Path) -> Iterator[tuple[str, str]]:
-    held = read_campaign(folder)
-    lines = held.runs[0].acceleration.frequency
-    yield "campaign", held.name
-    yield "mounts", ", ".join(mount.name for mount in held.mounts)
-    yield "sensors", f"{len(held.sensors)}, switched off: {', '.join(held.switched_off) or 'none'}"
-    yield "runs", f"{len(held.runs)} of mount sets {', '.join(held.mount_sets)}"
-    yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz of order {held.order:g}"
-    yield "shaker", f"{len(held.shaker_runs)} runs"
-    yield "curves", f"{len(held.static_curves)} of suppliers"
-    yield from _assumed(held.assumed)
-
-
-def _vehicle(folder: Path) -> Iterator[tuple[str, str]]:
-    held = read_vehicle(folder)
-    lines = held.direct.frequency
-    yield "vehicle", f"{held.name} in group {held.group}"
-    yield "ears", ", ".join(held.ears)
-    yield "mounts", ", ".join(mount.name for mount in held.mounts)
-    yield "blows", f"{len(held.direct.inputs)} beside {len(held.impacts)} virtual points"
-    yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
-    yield "runs", ", ".join(run.name for run in held.runs) or "none"
-
-
-def _compressor(folder: Path) -> Iterator[tuple[str, str]]:
-    held = read_inertance_test(folder)
-    with naming(folder):
-        doubts = hammer_test_doubts(held)
-    lines = held.frf.frequency
-    weighed = "not weighed" if held.weighed_mass is None else f"weighed {held.weighed_mass:g} kg"
-    yield "test", f"{held.name}, {weighed}"
-    yield "sensors", f"{len(held.sensors)} triaxial, {len(held.impacts)} impacts"
-    if rate := held.frf.added_decay_rate:
-        yield (
-            "window",
-            f"decay of {rate:g} 1/s: for a free body only, identify refuses it on mounts",
-        )
-    yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
-    yield from _warned(doubts)
-    yield from _assumed(held.assumed)
-
-
-def _operation(folder: Path) -> Iterator[tuple[str, str]]:
-    held = read_operating_test(folder)
-    yield from _running(folder, held)
-    yield from _assumed(held.hammer.assumed)
-
-
-def _running(folder: Path, held: OperatingTest) -> Iterator[tuple[str, str]]:
-    yield "test", held.name
-    with naming(folder):
-        for hammer in filter(None, (held.hammer, held.hammer_with_hoses)):
-            yield from _warned(f"{hammer.name}: {doubt}" for doubt in hammer_test_doubts(hammer))
-    for sweep in held.sweeps:
-        lines = sweep.acceleration.frequency
-        yield "sweep", f"{sweep.name}: {60 * lines[0]:.0f} to {60 * lines[-1]:.0f} rpm"
-    yield "hoses", ", ".join(hose.name for hose in held.hoses) or "no drawing"
-
-
-def _car(folder: Path) -> Iterator[tuple[str, str]]:
-    held = read_electric_car(folder)
-    with naming(folder):
-        refuse_contradictions_of_car(held)
-    yield "car", f"{held.name}, {held.ear}"
-    yield "points", ", ".join(f"{point.name} ({point.kind.value})" for point in held.points)
-    yield from _running(folder, held.operation)
-    yield from _assumed(held.assumed)
-
-
-def _component(folder: Path) -> Iterator[tuple[str, str]]:
-    held = read_component_test(folder)
-    others = sorted(folder.glob(f"*/{RECEIVER_FILE}"))
-    receivers = [read_receiver(path.parent) for path in others]
-    lines = held.accelerance.frequency
-    yield "test", held.name
-    points = (f"{point.name} ({len(point.motions)} degrees of freedom)" for point in held.points)
-    yield "points", ", ".join(points)
-    yield (
-        "channels",
-        f"{len(held.indicator_channels)} indicators, {len(held.on_board_channels)} left out",
-    )
-    yield "ears", ", ".join(held.ears)
-    yield "hits on the source", f"{len(held.source_hits)}"
-    yield "free source", "measured" if held.free is not None else "not measured"
-    yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
-    yield "runs", ", ".join(run.name for run in held.runs)
-    for receiver in receivers:
-        yield "receiver", receiver.name
-    doubts = [s for each in receivers or (None,) for s in component_findings(held, each)]
-    yield from _warned(dict.fromkeys(doubts))
-    yield from _assumed(held.assumed)
-
-
-def _warned(sentences: Iterable[str]) -> Iterator[tuple[str, str]]:
-    for sentence in sentences:
-        yield "WARNING", sentence
-
-
-def _assumed(sentences: Sequence[str]) -> Iterator[tuple[str, str]]:
-    for sentence in sentences:
-        yield "ASSUMED", sentence
-
-
-def _hammer(folder: Path) -> Iterator[tuple[str, str]]:
-    held = read_hammer_test(folder)
-    first = held.measurements[0]
-    # lines of a car; beyond them a push may have zeros
-    options = HammerOptions(band=(0.0, CHECKED_LINES), minimum_hits=1)
-    with naming(folder):
-        estimate = hammer_frfs(held, options)
-    if fault := fault_of_hammer_test(held, estimate):
-        raise InputError(f"{folder}: {fault}")
-    yield "test", held.title
-    yield "impacts", f"{len(held.impacts)}, {sum(len(m.force) for m in held.measurements)} hits"
-    yield "channels", f"{len(first.channels)}, {first.rate:g} samples per second"
-
-
-_HELD: Mapping[FolderKind, Callable[[Path], Iterator[tuple[str, str]]]] = {
-    FolderKind.campaign: _campaign,
-    FolderKind.vehicle: _vehicle,
-    FolderKind.car: _car,
-    FolderKind.operation: _operation,
-    FolderKind.compressor: _compressor,
-    FolderKind.component: _component,
-    FolderKind.hammer: _hammer,
-}
 
 
 _MOUNT_HELP = (
@@ -283,11 +130,6 @@ class Names:
 
 TEMPLATES = Path(__file__).parent / "templates"
 """Files of a new folder by kind, as jinja templates."""
-_PARTS = {
-    FolderKind.operation: {"hammer": FolderKind.compressor},
-    FolderKind.car: {".": FolderKind.operation, "hammer": FolderKind.compressor},
-}
-"""Kind → folders inside it, and the kind of what they hold."""
 
 
 def new_folder(folder: Path, kind: FolderKind, names: Names = Names()) -> Path:
@@ -323,7 +165,7 @@ def new_folder(folder: Path, kind: FolderKind, names: Names = Names()) -> Path:
     environment.filters["quoted"] = lambda text: json.dumps(text, ensure_ascii=False)
     words = {
         "kind": kind.value,
-        "file": FILES[kind][0],
+        "file": FOLDERS[kind].file,
         "name": folder.name,
         "key": "".join("_" if c.isspace() else c for c in folder.name),
         "mounts": entries,
@@ -334,7 +176,7 @@ def new_folder(folder: Path, kind: FolderKind, names: Names = Names()) -> Path:
         "ending": names.files.value,
     }
     sources = {Path("README.md"): "README.md"}
-    for inside, part in (*_PARTS.get(kind, {}).items(), (".", kind)):
+    for inside, part in (*FOLDERS[kind].parts.items(), (".", kind)):
         for path in sorted((TEMPLATES / part.value).rglob("*.*")):
             place = Path(inside) / path.relative_to(TEMPLATES / part.value)
             sources[place] = path.relative_to(TEMPLATES).as_posix()

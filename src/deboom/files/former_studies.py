@@ -1,7 +1,11 @@
-"""Studies under the names that they had in version 0.3; versions before 0.5 take them."""
+"""Studies of version 0.3: names that they had, and where names that they import are today.
+
+Versions before 0.5 take them.
+"""
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -66,6 +70,106 @@ MOVED = {
     "deboom.mounts.surface_forces.predicted_forces predicts the forces"
 }
 """Studies of version 0.3 that are none any more, and where they are."""
+
+
+MOVED_NAMES: Mapping[str, Mapping[str, str]] = {
+    "deboom.bench.truth": {
+        "SetTruth": "deboom.mounts.characterised_bench.SetTruth",
+        "read_set_truth": "deboom.files.truth.read_set_truth",
+    },
+    "deboom.explore.robust": {
+        "DesignLimits": "deboom.explore.robust.Limits",
+    },
+    "deboom.files.limits": {
+        "mount_limits": "deboom.files.design_limits.read_mount_limits",
+    },
+    "deboom.pages.compressor_identification": {
+        "Beside": "deboom.runs.compressor_tests.Beside",
+        "CompressorTruth": "deboom.compressor.identified_test.CompressorTruth",
+        "STEPS": "deboom.runs.compressor_tests.IDENTIFICATION_STEPS",
+        "identified_test": "deboom.runs.compressor_tests.identified_test",
+        "identified_virtual": "deboom.runs.compressor_tests.identified_virtual",
+        "in_words": "deboom.report.tables.in_words",
+        "read_test": "deboom.runs.compressor_tests.read_test",
+    },
+    "deboom.pages.compressor_noise": {
+        "FLOOR": "deboom.runs.compressor_tests.FLOOR",
+        "NoisePlan": "deboom.runs.compressor_tests.NoisePlan",
+        "STEPS": "deboom.runs.compressor_tests.NOISE_STEPS",
+        "band_level": "deboom.compressor.noise_comparison.band_level",
+        "car_whose_hoses_add": "deboom.runs.compressor_tests.car_whose_hoses_add",
+        "noise_of_car": "deboom.runs.compressor_tests.noise_of_car",
+        "soft_partner": "deboom.compressor.noise_comparison.soft_partner",
+        "virtual_car": "deboom.runs.compressor_tests.virtual_car",
+    },
+    "deboom.pages.compressor_unbalance": {
+        "STEPS": "deboom.runs.compressor_tests.UNBALANCE_STEPS",
+        "UnbalancePlan": "deboom.runs.compressor_tests.UnbalancePlan",
+        "measured_unbalance": "deboom.runs.compressor_tests.measured_unbalance",
+    },
+    "deboom.pages.mount_characterisation": {
+        "characterise_given": "deboom.runs.campaigns.characterise_given",
+        "characterise_virtual": "deboom.runs.campaigns.characterise_virtual",
+        "model_table": "deboom.mounts.characterised_bench.model_table",
+    },
+    "deboom.runs.catalogue": {
+        "Catalogue": "deboom.vehicles.catalogue.Catalogue",
+        "catalogue_index": "deboom.vehicles.catalogue.catalogue_index",
+        "ordered_stiffness": "deboom.vehicles.catalogue.ordered_stiffness",
+        "platform_catalogue": "deboom.files.catalogue.platform_catalogue",
+    },
+    "deboom.runs.compressor_fleet": {
+        "MountedFleet": "deboom.compressor.mounted_fleet.MountedFleet",
+        "exact_change": "deboom.compressor.mounted_fleet.exact_change",
+        "mount_space": "deboom.compressor.mounted_fleet.mount_space",
+        "mounted_fleet": "deboom.compressor.mounted_fleet.mounted_fleet",
+        "travel_limit": "deboom.compressor.mounted_fleet.travel_limit",
+    },
+    "deboom.runs.made_parts": {
+        "MadeParts": "deboom.files.made_parts.MadeParts",
+        "ScatterOptions": "deboom.runs.options.ScatterOptions",
+        "ToleranceTask": "deboom.explore.tolerance_allocation.ToleranceTask",
+        "Verified": "deboom.explore.tolerance_allocation.Verified",
+        "report_parts": "deboom.pages.front.report_parts",
+        "rows_of": "deboom.files.tables.row_of_each",
+        "target_limits": "deboom.runs.options.target_limits",
+        "tolerance_cost": "deboom.files.made_parts.tolerance_cost",
+        "with_draws": "deboom.explore.tolerance_allocation.with_draws",
+    },
+    "deboom.runs.options": {
+        "Aim": "deboom.runs.options.AimOptions",
+    },
+    "deboom.runs.progress": {
+        "counted": "deboom.progress.counted",
+        "progress_bar": "deboom.progress.progress_bar",
+    },
+    "deboom.runs.search": {
+        "keeping_peaks": "deboom.runs.search.peak_rise_limits",
+        "report_limits": "deboom.pages.limits.report_limits",
+    },
+    "deboom.vehicles.booming_peaks": {
+        "BoomingPeak": "deboom.measurement.booming_peaks.BoomingPeak",
+        "PressureComparison": "deboom.measurement.booming_peaks.PressureComparison",
+        "TOLERANCE": "deboom.measurement.booming_peaks.TOLERANCE",
+        "booming_peaks": "deboom.measurement.booming_peaks.booming_peaks",
+    },
+}
+"""Module that studies of version 0.3 import a name from → name → where it is today."""
+
+
+def moved_imports(source: str) -> list[str]:
+    """Say of each name that a script imports from a former place where it is today.
+
+    - `source`: of the script, Python.
+    """
+    imports = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)]
+    return [
+        f"{alias.name} of {node.module} is {homes[alias.name]} now"
+        for node in imports
+        if (homes := MOVED_NAMES.get(node.module or ""))
+        for alias in node.names
+        if alias.name in homes
+    ]
 
 
 def names_of(study: str) -> tuple[str, ...]:

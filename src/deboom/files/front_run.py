@@ -12,23 +12,16 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.choices import Pick
-from deboom.common import AXES
+from deboom.compressor.mounted_fleet import MountedFleet
 from deboom.errors import InputError
-from deboom.explore.front import verification_response
 from deboom.explore.robust import Robust
-from deboom.explore.selection import at_nominal, variables_without_effect
-from deboom.explore.space import DesignSpace
 from deboom.files.doe_table import read_plan
 from deboom.files.front_table import FILES, FRONT, FrontTable
 from deboom.files.run_folder import (
     RECORD,
     RunEntry,
 )
-from deboom.measurement.channels import LoadCase
-from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
-from deboom.mounts.mount import Mount
-from deboom.vehicles.free_directions import DirectionFreedom, Need, free_directions
-from deboom.vehicles.platform import Platform, Runs
+from deboom.vehicles.platform import Runs
 
 SAME_RESULT = ("workers", "scheduler")
 """Options that say who computes, not what: a resumed run may have others."""
@@ -58,6 +51,18 @@ class PlatformModel(RobustModel, Protocol):
     @property
     def runs(self) -> Runs:
         """Platform, vehicles and load cases of the model."""
+
+
+@runtime_checkable
+class MountedModel(RobustModel, Protocol):
+    """What `prepare` returns where the front is one of a compressor's mounts.
+
+    - `mounted`: the cars on these mounts.
+    """
+
+    @property
+    def mounted(self) -> MountedFleet:
+        """The cars on the compressor's mounts."""
 
 
 @runtime_checkable
@@ -151,201 +156,3 @@ class ComparedRun:
 def design_name(pick: Pick | Path) -> str:
     """Return the name of a design in words and file names: its pick, or its file."""
     return pick.stem if isinstance(pick, Path) else pick.value
-
-
-DRAWS = 1024
-"""Draws of the tolerance behind every scatter on the page; no search has seen them."""
-
-
-LOSS = " loss"
-"""End of the name of a variable that is a loss factor."""
-
-
-@dataclass(frozen=True, eq=False)
-class Direction:
-    """One direction of a mount, a design variable.
-
-    Parameters
-    ----------
-    mount : Mount
-        On the platform.
-    axis : str
-        ``x``, ``y`` or ``z``.
-    column : int
-        Of its stiffness factor in a design.
-    loss_column : int or None
-        Of its loss factor, where that is a variable.
-    characterised : CharacterisedDirection or None
-        Where its force comes from; None where that is the measured spectrum.
-    need : Need
-        What is asked of it.
-    """
-
-    mount: Mount
-    axis: str
-    column: int
-    loss_column: int | None
-    characterised: CharacterisedDirection | None
-    need: Need
-
-    @property
-    def name(self) -> str:
-        """Name of the design variable."""
-        return f"{self.mount.name} {self.axis}"
-
-
-@dataclass(frozen=True, eq=False)
-class SupplierStudy:
-    """A front study, as far as the supplier of its mounts needs it.
-
-    Parameters
-    ----------
-    run : ComparedRun
-        Finished, checked, with its model built again.
-    runs : Runs
-        Platform and load cases with the forces of the run.
-    pick : Pick or Path
-        The design that is wanted, or a file that holds it.
-    """
-
-    run: ComparedRun
-    runs: Runs
-    pick: Pick | Path
-
-    @property
-    def platform(self) -> Platform:
-        """With the forces of the run."""
-        return self.runs.platform
-
-    @property
-    def parts(self) -> tuple[CharacterisedMount, ...]:
-        """Parts that the forces come from; empty if they are the measured ones."""
-        return self.runs.parts
-
-    @property
-    def model(self) -> Robust:
-        """Of the run, with the draws of its search."""
-        return self.run.model
-
-    @property
-    def space(self) -> DesignSpace:
-        """Design variables and their tolerances."""
-        return self.model.space
-
-    @property
-    def index(self) -> Any:
-        """What the run evaluated."""
-        return self.model.evaluate
-
-    def mean(self, values: RealArray) -> RealArray:
-        """Return the mean over the vehicles, weighted as in the run, of values (..., v)."""
-        return np.asarray(np.average(values, axis=-1, weights=self.model.weights))
-
-    @property
-    def vehicles(self) -> tuple[str, ...]:
-        """Names of the vehicles that were served."""
-        return tuple(self.index.response_names)
-
-    @property
-    def per_vehicle(self) -> float:
-        """Factor from SPLV to the mean level of one line [1]."""
-        return float(1.0 / self.index.n_lines)
-
-    @property
-    def band(self) -> tuple[float, float]:
-        """First and last line [Hz]."""
-        return float(self.index.frequency[0]), float(self.index.frequency[-1])
-
-    @property
-    def load_cases(self) -> tuple[tuple[LoadCase, float], ...]:
-        """Load cases that count, with their weights; the levels shown are those of the first."""
-        names = self.index.load_case_names
-        pairs = zip(names, self.index.weights, strict=True)
-        return tuple((self.platform.load_case(name), float(weight)) for name, weight in pairs)
-
-    @cached_property
-    def picked(self) -> RealArray:
-        """The design as the search found it, shape (k,) [1]."""
-        return self.run.picked(self.pick)
-
-    @cached_property
-    def without_effect(self) -> tuple[str, ...]:
-        """Variables that no vehicle depends on."""
-        return variables_without_effect(self.index, self.space)
-
-    @cached_property
-    def unidentified(self) -> tuple[str, ...]:
-        """Variables whose direction nobody knows well enough to ask for a number."""
-        names = []
-        for mount in self.platform.mounts if self.parts else ():
-            for name, axis in zip(mount.variables, AXES, strict=True):
-                if not self.runs.identified(mount.name, axis):
-                    names += [n for n in (name, name + LOSS) if n in self.space.names]
-        return tuple(name for name in names if name not in self.without_effect)
-
-    @cached_property
-    def wanted(self) -> RealArray:
-        """The picked design with today's value where nothing can be asked, shape (k,) [1]."""
-        back = (*self.without_effect, *self.unidentified)
-        return np.asarray(at_nominal(self.picked[np.newaxis], self.space, back)[0])
-
-    @cached_property
-    def freedom(self) -> DirectionFreedom:
-        """How far each variable may leave `wanted` before a vehicle changes noticeably."""
-        return free_directions(
-            self.index, self.wanted, self.space, without_effect=self.without_effect
-        )
-
-    @cached_property
-    def directions(self) -> tuple[Direction, ...]:
-        """All stiffness factors, in the order of the design."""
-        directions = []
-        names = self.space.names
-        for mount in self.platform.mounts:
-            for name, axis in zip(mount.variables, AXES, strict=True):
-                if name not in names:
-                    raise InputError(
-                        f"run {self.run.entry.folder} has no stiffness factor '{name}': a page for "
-                        "suppliers needs one for every mount and axis of its platform"
-                    )
-                column = names.index(name)
-                loss = names.index(name + LOSS) if name + LOSS in names else None
-                part = self.runs.characterised(mount.name, axis)
-                directions.append(
-                    Direction(mount, axis, column, loss, part, self._need(name, column))
-                )
-        return tuple(directions)
-
-    @cached_property
-    def check(self) -> Robust:
-        """The model with draws that the search never saw."""
-        return verification_response(self.model, DRAWS, seed=self.run.seed)
-
-    def of(self, mount: str | None) -> tuple[Direction, ...]:
-        """Return the directions of a mount; of all for None.
-
-        Raises
-        ------
-        InputError
-            No such mount.
-        """
-        names = [carrier.name for carrier in self.platform.mounts]
-        if mount is not None and mount not in names:
-            raise InputError(
-                f"run {self.run.entry.folder} has no mount '{mount}': use {', '.join(names)}"
-            )
-        return tuple(d for d in self.directions if mount in (None, d.mount.name))
-
-    def only(self, mount: str, wanted: RealArray) -> RealArray:
-        """Return today's design with one mount as in another design, shape (k,) [1]."""
-        design = np.array(self.space.nominal)
-        for direction in self.of(mount):
-            for column in (direction.column, direction.loss_column):
-                if column is not None:
-                    design[column] = wanted[column]
-        return design
-
-    def _need(self, name: str, column: int) -> Need:
-        if name in self.unidentified:
-            return Need.unknown
-        return self.freedom.needs[column]

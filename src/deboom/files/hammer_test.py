@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from deboom.arrays import RealArray, RealOrComplexArray
+from deboom.choices import FolderKind
 from deboom.errors import InputError, naming
 from deboom.files.disk import made_folder
 from deboom.files.function_table import ANY_REFERENCE, TIME_SIGNAL, Dof, FunctionMatrix
@@ -27,6 +28,7 @@ from deboom.files.rows import (
     uff_direction,
 )
 from deboom.files.schema import (
+    FolderRecord,
     NotNegative,
     Positive,
     RelativePath,
@@ -39,7 +41,8 @@ from deboom.files.schema import (
 )
 from deboom.files.tables import read_table, write_table
 from deboom.files.uff import UffFunction, read_uff, write_uff
-from deboom.measurement.impact_test import HammerMeasurement, HammerTest
+from deboom.measurement.driving_points import fault_of_hammer_test
+from deboom.measurement.impact_test import HammerMeasurement, HammerOptions, HammerTest, hammer_frfs
 from deboom.measurement.sensors import Sensor
 
 HAMMER_TEST_FILE = "hammer_test.toml"
@@ -223,3 +226,32 @@ def _functions(
             function = dof.function(time, values, TIME_SIGNAL, dof.quantity, unit, lines)
             functions.append(replace(function, response_name=""))
     return functions
+
+
+CHECKED_LINES = 200.0
+"""Last line of the functions that the check of a hammer test makes of its hits [Hz]."""
+
+
+def _lines(folder: Path) -> Iterator[tuple[str, str]]:
+    """Give name and text of each line on what a folder holds."""
+    held = read_hammer_test(folder)
+    first = held.measurements[0]
+    # lines of a car; beyond them a push may have zeros
+    options = HammerOptions(band=(0.0, CHECKED_LINES), minimum_hits=1)
+    with naming(folder):
+        estimate = hammer_frfs(held, options)
+    if fault := fault_of_hammer_test(held, estimate):
+        raise InputError(f"{folder}: {fault}")
+    yield "test", held.title
+    yield "impacts", f"{len(held.impacts)}, {sum(len(m.force) for m in held.measurements)} hits"
+    yield "channels", f"{len(first.channels)}, {first.rate:g} samples per second"
+
+
+HAMMER = FolderRecord(
+    kind=FolderKind.hammer,
+    file=HAMMER_TEST_FILE,
+    keys=HammerTestFile,
+    command="deboom look {}",
+    guide="your-own-data",
+    lines=_lines,
+)

@@ -11,12 +11,21 @@ import numpy as np
 from pydantic import Field
 
 from deboom.arrays import RealArray
+from deboom.choices import FolderKind
+from deboom.compressor.identify import hammer_test_doubts
 from deboom.errors import InputError, naming
 from deboom.files.function_table import FRF, Dof, FunctionMatrix
 from deboom.files.hammer_test import read_hammer_test
 from deboom.files.pyfbs_sheets import has_pyfbs_sheets, read_pyfbs_sheet
-from deboom.files.rows import PlacedImpact, PlacedSensor, impact_of, sensor_of, struck
+from deboom.files.rows import (
+    PlacedImpact,
+    PlacedSensor,
+    impact_of,
+    sensor_of,
+    struck,
+)
 from deboom.files.schema import (
+    FolderRecord,
     GainTolerance,
     Matrix3,
     Number,
@@ -27,12 +36,14 @@ from deboom.files.schema import (
     Several,
     StrictModel,
     Title,
+    assumed_lines,
     doubled,
     load_toml,
     noting,
     refuse_all,
     telling,
     values_of,
+    warning_lines,
 )
 from deboom.files.sensor_classes import completed
 from deboom.files.tables import read_table
@@ -371,3 +382,32 @@ def same_place(impact: Impact, other: Impact) -> bool:
     """Tell whether impacts have one place and direction, but for rounding."""
     off = np.abs([impact.position - other.position, impact.direction - other.direction])
     return bool(off.max() <= SAME_PLACE)
+
+
+def _lines(folder: Path) -> Iterator[tuple[str, str]]:
+    """Give name and text of each line on what a folder holds."""
+    held = read_inertance_test(folder)
+    with naming(folder):
+        doubts = hammer_test_doubts(held)
+    lines = held.frf.frequency
+    weighed = "not weighed" if held.weighed_mass is None else f"weighed {held.weighed_mass:g} kg"
+    yield "test", f"{held.name}, {weighed}"
+    yield "sensors", f"{len(held.sensors)} triaxial, {len(held.impacts)} impacts"
+    if rate := held.frf.added_decay_rate:
+        yield (
+            "window",
+            f"decay of {rate:g} 1/s: for a free body only, identify refuses it on mounts",
+        )
+    yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
+    yield from warning_lines(doubts)
+    yield from assumed_lines(held.assumed)
+
+
+COMPRESSOR = FolderRecord(
+    kind=FolderKind.compressor,
+    file=INERTANCE_TEST_FILE,
+    keys=InertanceTestFile,
+    command="deboom identify {}",
+    guide="your-own-data",
+    lines=_lines,
+)

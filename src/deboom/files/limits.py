@@ -9,6 +9,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from deboom.common import N_PER_MM
 from deboom.compressor.acceptance import RISK, Bounds, ComponentLimits, StiffnessLimit
 from deboom.errors import naming
 from deboom.files.schema import (
@@ -21,8 +22,8 @@ from deboom.files.schema import (
     load_toml,
 )
 
-G_MM, G_MM2, N_PER_MM = 1e-6, 1e-9, 1e3
-"""In kg m, kg m² and N/m."""
+G_MM, G_MM2 = 1e-6, 1e-9
+"""In kg m and kg m²."""
 
 
 class StaticUnbalanceEntry(StrictModel):
@@ -98,7 +99,7 @@ def read_component_limits(path: Path) -> ComponentLimits:
     """
     content = load_toml(path, ComponentLimitsFile)
     static, dynamic = content.static_unbalance, content.dynamic_unbalance
-    limits = [_window(path, entry, N_PER_MM) for entry in content.stiffness]
+    limits = [_window(path, entry, 1.0 / N_PER_MM) for entry in content.stiffness]
     limits += [_window(path, entry, 1.0) for entry in content.rotational_stiffness]
     return ComponentLimits(
         path,

@@ -11,6 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from deboom.arrays import RealArray, RealOrComplexArray
+from deboom.choices import FolderKind
+from deboom.compressor.identify import hammer_test_doubts
 from deboom.errors import InputError, naming
 from deboom.files.function_table import (
     TIME_SIGNAL,
@@ -30,6 +32,7 @@ from deboom.files.platform import SPECTRA
 from deboom.files.rows import PlacedSensor
 from deboom.files.schema import (
     AtLeastOne,
+    FolderRecord,
     NotNegative,
     Number,
     Positive,
@@ -38,12 +41,14 @@ from deboom.files.schema import (
     Several,
     StrictModel,
     Title,
+    assumed_lines,
     doubled,
     for_each,
     load_toml,
     refuse_all,
     same_file,
     values_of,
+    warning_lines,
     within,
 )
 from deboom.files.uff import write_uff
@@ -443,3 +448,35 @@ def _other_impacts(folder: Path, test: InertanceTest, hammer: InertanceTest) -> 
                 f"{folder}: {impact.name} has another place or direction than in the hammer test: "
                 "strike the same points with hoses and without, or correct the sheet"
             )
+
+
+def _lines(folder: Path) -> Iterator[tuple[str, str]]:
+    """Give name and text of each line on what a folder holds."""
+    held = read_operating_test(folder)
+    yield from sweep_lines(folder, held)
+    yield from assumed_lines(held.hammer.assumed)
+
+
+def sweep_lines(folder: Path, held: OperatingTest) -> Iterator[tuple[str, str]]:
+    """Give name and text of each line on a test of a running compressor."""
+    yield "test", held.name
+    with naming(folder):
+        for hammer in filter(None, (held.hammer, held.hammer_with_hoses)):
+            yield from warning_lines(
+                f"{hammer.name}: {doubt}" for doubt in hammer_test_doubts(hammer)
+            )
+    for sweep in held.sweeps:
+        lines = sweep.acceleration.frequency
+        yield "sweep", f"{sweep.name}: {60 * lines[0]:.0f} to {60 * lines[-1]:.0f} rpm"
+    yield "hoses", ", ".join(hose.name for hose in held.hoses) or "no drawing"
+
+
+OPERATION = FolderRecord(
+    kind=FolderKind.operation,
+    file=OPERATING_TEST_FILE,
+    keys=OperatingTestFile,
+    command="deboom unbalance {}",
+    guide="your-own-data",
+    lines=_lines,
+    parts={"hammer": FolderKind.compressor},
+)

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from deboom.arrays import RealArray
+from deboom.choices import FolderKind
 from deboom.common import AXES, shipped_studies
 from deboom.errors import InputError, naming
 from deboom.files.function_table import (
@@ -38,6 +39,7 @@ from deboom.files.run_folder import hash_files
 from deboom.files.schema import (
     AtLeastOne,
     Axis,
+    FolderRecord,
     Inertia,
     Matrix3,
     Name,
@@ -869,3 +871,12 @@ def _channel_faults(
                 f"{path}: there is no {quantity} channel '{name}': add its row, or take the axis "
                 f"out of transfer_axes in {PLATFORM_FILE}"
             )
+
+
+PLATFORM = FolderRecord(
+    kind=FolderKind.platform,
+    file=PLATFORM_FILE,
+    keys=PlatformFile,
+    command="deboom run front {}",
+    guide="your-own-platform",
+)

@@ -8,6 +8,7 @@ import re
 import tomllib
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union, get_args, get_origin
@@ -17,6 +18,7 @@ import tomlkit
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from tomlkit.exceptions import TOMLKitError
 
+from deboom.choices import FolderKind
 from deboom.errors import InputError, naming
 from deboom.files.disk import MEBIBYTE, read_text, replace_text
 from deboom.names import is_inside, name_fault
@@ -399,3 +401,35 @@ def _toml(content: BaseModel) -> str:
     values = content.model_dump(exclude_none=True)
     sections = {key: values.pop(key) for key in _sections(type(content)) if key in values}
     return tomlkit.dumps(values | {key: entries for key, entries in sections.items() if entries})
+
+
+@dataclass(frozen=True)
+class FolderRecord:
+    """A kind of folder with measurements: what makes it one, what it holds, and what takes it.
+
+    - `file`: that makes it one; `keys`: of this file.
+    - `command`: that takes the folder, ``{}`` in its place; `guide`: that explains it.
+    - `lines` or None: reads a folder, and gives name and text of each line on what it holds;
+      InputError: something is missing or wrong. A platform is read in stages instead.
+    - `parts`: folders inside it, and the kind of what they hold.
+    """
+
+    kind: FolderKind
+    file: str
+    keys: type[StrictModel]
+    command: str
+    guide: str
+    lines: Callable[[Path], Iterator[tuple[str, str]]] | None = None
+    parts: Mapping[str, FolderKind] = field(default_factory=dict)
+
+
+def warning_lines(sentences: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Give lines of what a check warns of."""
+    for sentence in sentences:
+        yield "WARNING", sentence
+
+
+def assumed_lines(sentences: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Give lines of what nobody stated and defaults stand in for."""
+    for sentence in sentences:
+        yield "ASSUMED", sentence

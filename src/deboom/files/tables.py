@@ -893,3 +893,22 @@ def _number_format(unit: str | None) -> str:
     decimals = {"N": 0, "mm": 3, "N/mm": 1, "Hz": 1, "%": 1, "dB": 2, "dB(A)": 1, "°": 1, "1": 3}
     digits = decimals.get(re.sub(r"^[\d.,]+ ", "", unit or ""))  # "0.001 dB" as dB
     return "" if digits is None else f"{0:.{digits}f}"
+
+
+def row_of_each(
+    path: Path, plain: Sequence[str], with_unit: Mapping[str, str], names: Sequence[str]
+) -> list[Row]:
+    """Return the row of each name in a table, whose first plain column names them.
+
+    - raises InputError: as `read_rows`; a name that is unknown, comes twice or has no row.
+    """
+    rows: dict[str, Row] = {}
+    for row in read_rows(path, plain, with_unit):
+        name = row.filled(plain[0])
+        if name in rows or name not in names:
+            raise row.error(f"'{name}' is named twice or is none of {list(names)}")
+        rows[name] = row
+    missing = [name for name in names if name not in rows]
+    if missing:
+        raise InputError(f"{path}: there is no row for {missing}: give every {plain[0]} one")
+    return [rows[name] for name in names]

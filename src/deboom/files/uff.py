@@ -340,8 +340,15 @@ def _six_digits(number: float) -> float:
     return float(f"{number:.5e}")
 
 
-def function_of(content: Mapping[str, Any], scale: tuple[float, float] | None) -> UffFunction:
-    """Return the function, in SI, of a dictionary that pyuff read."""
+def function_of(
+    content: Mapping[str, Any],
+    scale: tuple[float, float] | None,
+    former: UffFunction | None = None,
+) -> UffFunction:
+    """Return the function, in SI, of a dictionary that pyuff read.
+
+    - `former` or None: read before; functions with the same abscissa hold it once.
+    """
     for code in (content["rsp_dir"], content["ref_dir"]):
         if code not in DIRECTIONS:
             raise InputError(f"direction {code} is not a UFF direction (-6 … 6); export it again")
@@ -362,8 +369,11 @@ def function_of(content: Mapping[str, Any], scale: tuple[float, float] | None) -
         denominator = "none"
     with np.errstate(invalid="ignore", over="ignore"):  # refused with its line number below
         values = _scaled(stored, above.factor / below.factor)
+    abscissa = _scaled(axis_values, axis.factor)
+    if former is not None and np.array_equal(former.abscissa, abscissa):
+        abscissa = former.abscissa
     return UffFunction(
-        abscissa=_scaled(axis_values, axis.factor),
+        abscissa=abscissa,
         values=values,
         function_type=content["func_type"],
         response_node=content["rsp_node"],
@@ -577,10 +587,7 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
         if kind == 58:
             content = _content(path, index, file)
             with naming(f"{path}: set {index + 1}"):
-                function = function_of(content, scale)
-            if functions and np.array_equal(functions[-1].abscissa, function.abscissa):
-                object.__setattr__(function, "abscissa", functions[-1].abscissa)  # read-only
-            functions.append(function)
+                functions.append(function_of(content, scale, functions[-1] if functions else None))
     if not functions:
         sets = ", ".join(str(kind) for kind in kinds)
         raise InputError(f"{path} holds no function (data set 58), only sets {sets}")

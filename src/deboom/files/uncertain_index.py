@@ -12,17 +12,19 @@ from deboom.arrays import RealArray
 from deboom.files.library_export import read_library_json
 from deboom.measurement.sensors import Tolerances
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.vehicles.booming_model import model_of_other_data
+from deboom.mounts.surface_forces import Outside
+from deboom.vehicles.booming_model import CatalogueModel, model_of_other_data
+from deboom.vehicles.catalogue import Catalogue, runs_of_parts
 from deboom.vehicles.expected_change import ExpectedChange, Information, expected_change
 from deboom.vehicles.fleet import Fleet
-from deboom.vehicles.platform import LIBRARY_FILE, Platform
+from deboom.vehicles.platform import LIBRARY_FILE, Platform, Runs
 from deboom.vehicles.platform_uncertainty import (
     PRIOR,
     force_sources,
     tolerances_of_record,
     transfer_sources,
 )
-from deboom.vehicles.uncertain_data import UncertainData, UncertaintySource
+from deboom.vehicles.uncertain_data import BUDGET, SHAKER, UncertainData, UncertaintySource
 
 REPETITIONS = 16
 """Draws of the measurements behind an expected change; bodies and rubber are drawn more often."""
@@ -119,4 +121,39 @@ def library_tolerances(platform: Platform) -> tuple[Tolerances, str]:
     return (
         tolerances_of_record(records[0].tolerances, Tolerances()),
         f"tolerances of campaign {records[0].name}",
+    )
+
+
+def expected_of_sets(
+    index: CatalogueModel,
+    runs: Runs,
+    catalogue: Catalogue,
+    outside: Outside,
+    designs: RealArray,
+    *,
+    weights: RealArray | None,
+    seed: int,
+) -> ExpectedChange:
+    """State the expected change by sets of parts, re-tuned, against today's.
+
+    - `index`: of the catalogue, see `catalogue_index`.
+    - `designs` (n, n_mount + k): part numbers, then stiffness factors [1].
+    - `weights`, `seed`: as of `deboom.vehicles.expected_change.expected_change`.
+    - raises InputError: see there.
+    """
+    every = []
+    for number, each in enumerate(runs_of_parts(runs, catalogue, outside)):
+        uncertain = uncertain_index(index.models[number], each.platform, each.parts)
+        # each part was set up on its own to be characterised; motion and cabin were measured once
+        sources = tuple(
+            replace(source, name=f"{source.name}, part {number}")
+            if number and source.name in (SHAKER, BUDGET)
+            else source
+            for source in uncertain.data.sources
+        )
+        data = replace(uncertain.data, sources=sources)
+        every.append(replace(uncertain, data=data).on_bodies_at_rest.draws(REPETITIONS, seed))
+    again = [replace(index, models=models) for models in zip(*every, strict=True)]
+    return expected_change(
+        index, again, runs.fleet, index.mounts, designs, weights=weights, seed=seed
     )

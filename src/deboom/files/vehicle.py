@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from deboom.choices import FolderKind
 from deboom.errors import InputError, naming
 from deboom.files.function_table import FRF, Dof, FunctionMatrix
 from deboom.files.platform import SPECTRA, Engine, EngineTorque, MountEntry, mounts_of
@@ -24,6 +25,7 @@ from deboom.files.rows import (
 )
 from deboom.files.schema import (
     AtLeastOne,
+    FolderRecord,
     Name,
     Number,
     RelativePath,
@@ -308,3 +310,25 @@ def far_from_its_point(
 
 def _point(row: ImpactRow | SensorRow) -> str:
     return f"{row.mount} {row.piece}".strip()
+
+
+def _lines(folder: Path) -> Iterator[tuple[str, str]]:
+    """Give name and text of each line on what a folder holds."""
+    held = read_vehicle(folder)
+    lines = held.direct.frequency
+    yield "vehicle", f"{held.name} in group {held.group}"
+    yield "ears", ", ".join(held.ears)
+    yield "mounts", ", ".join(mount.name for mount in held.mounts)
+    yield "blows", f"{len(held.direct.inputs)} beside {len(held.impacts)} virtual points"
+    yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
+    yield "runs", ", ".join(run.name for run in held.runs) or "none"
+
+
+VEHICLE = FolderRecord(
+    kind=FolderKind.vehicle,
+    file=VEHICLE_FILE,
+    keys=VehicleFile,
+    command="deboom run synthesis_validation --vehicle {}",
+    guide="your-own-data",
+    lines=_lines,
+)

@@ -11,9 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import BoolArray, ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.tabled import Tabled
+
+Band = tuple[float, float]
+"""Lower and upper edge, both inside [Hz]."""
 
 ADDED_DECAY = "added decay rate [1/s]"
 """Column of a table of functions that were measured with an exponential window."""
@@ -366,3 +369,14 @@ class LoadCase:
                 "torque_table in platform.toml"
             )
         return self.engine_torque * self.total_ratio
+
+
+def lines_inside(frequency: RealArray, band: Band, whose: str) -> BoolArray:
+    """Say which lines lie in a band, edges included; refuse a band without any, by name."""
+    inside = (frequency >= band[0]) & (frequency <= band[1])
+    if not inside.any():
+        raise InputError(
+            f"{whose}: no line between {band[0]:g} and {band[1]:g} Hz: give a band inside the "
+            f"measured {frequency[0]:g} to {frequency[-1]:g} Hz, lower edge first"
+        )
+    return inside

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from deboom.compressor.acceptance import DYNAMIC, STATIC, ComponentVerdict, Decision, overall
+from deboom.compressor.measured_unbalance import MeasuredUnbalance
 from deboom.files.tables import workbook_bytes
-from deboom.pages.compressor_unbalance import MeasuredUnbalance
 from deboom.report import Report
 from deboom.report.sheet import Sheet
 

@@ -1,310 +1,518 @@
-"""The sound of a running compressor at the ear, and how far it is from the measured one."""
+"""The page on the sound of a running compressor at the driver's ear."""
 
 from __future__ import annotations
 
-import tempfile
-import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from deboom.arrays import BoolArray, ComplexArray, RealArray
-from deboom.bench.compressor_rig import operation, speeds
-from deboom.bench.electric_car import SOUND_FLOOR, draw_fleet, frozen_fleet, run_car
-from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
-from deboom.choices import CalibrationLevel
-from deboom.compressor.cabin_noise import (
-    BAND,
-    NoiseBand,
-    RunningInCar,
-    SweepNoise,
-    cabin_noise,
-    noise_bands,
-    running_in_car,
+from deboom import plot
+from deboom.arrays import ComplexArray, RealArray
+from deboom.compressor.cabin_noise import RunningInCar, SweepNoise
+from deboom.compressor.noise_comparison import (
+    HOSE_BAND,
+    MODES,
+    ORDER,
+    RANKED,
+    CarNoise,
+    DrawnCar,
+    SweepErrors,
+    band_words,
+    in_band,
+    measured_gain_table,
+    peak_deviations,
+    ranking,
+    sweep_errors,
 )
-from deboom.compressor.identification import Identification, IdentifyOptions
-from deboom.compressor.identify import identify
-from deboom.errors import InputError
-from deboom.files.electric_car import read_electric_car
+from deboom.compressor.parameters import STIFFNESS_AXES
 from deboom.measurement.compressor_test import HoseState
-from deboom.measurement.electric_car import wrench_noise_transfer
-from deboom.physics.sound_level import a_weighting, energy_sum, spl
-from deboom.vehicles.booming_peaks import MatchedPeaks, booming_peaks, match_peaks
+from deboom.plot import CurvePanel
+from deboom.plot.style import signed
+from deboom.report import Report
+from deboom.report.tables import in_words
 
-STEPS = 8
-"""Of `noise_of_car`, for progress."""
-ORDER = 1.0
-"""Unbalance turns with the rotor."""
-MODES = (25.0, 35.0)
-"""Around the rigid-body modes, where the thesis's synthesis fails; left out as it does [Hz]."""
-HOSE_BAND = (90.0, 140.0)
-"""Where the thesis hears the hoses [Hz]."""
-RANKED = ((20.0, 80.0), HOSE_BAND)
-"""Bands of the ranking: the thesis hears no hoses in the first [Hz]."""
-ADDING_FLEET, ADDING_CAR = 11, "EV-1"
-"""A drawn car whose hoses add, as the thesis's did."""
-SAME_PRESSURE = 0.02
-FLOOR = float(np.sqrt(2.0) * SOUND_FLOOR)
-"""Root mean square of the noise in a tracked pressure of a virtual car, complex peak [Pa]: 0.1 mPa
-per root of a hertz over the ten seconds of a line, of cabin and microphone together."""
+SOFT, STANDARD = HoseState.SOFT, HoseState.STANDARD
+SPEED, LEVEL = "rotor speed [rpm]", "SPL [dB(A)]"
+ABOVE_FLOOR = 6.0
+"""Distance from the noise of the microphone within which a measured level is not trusted [dB]."""
+THESIS_GAIN = (5.0, 10.0)
+"""Observed on one car between 90 and 140 Hz [dB]."""
 
 
-@dataclass(frozen=True)
-class NoisePlan:
-    """What is asked of a car: lines, standard hoses, draws and seed of the bands, hammer test.
+def car_report(
+    running: RunningInCar,
+    noise: CarNoise,
+    drawn: DrawnCar | None,
+    inputs: Sequence[Path] = (),
+) -> Report:
+    """Report one car.
 
-    `band`: lines that are looked at [Hz], InputError without width; `with_hoses`: whether standard
-    hoses are identified and their paths modelled; `seed`: from 1.
+    - `drawn` or None: a car whose hoses add, where those of this one were measured.
+    - `inputs`: files that stay.
     """
-
-    band: tuple[float, float] = BAND
-    with_hoses: bool = True
-    draws: int = 64
-    seed: int = 1
-    identify: IdentifyOptions = field(default_factory=partial(IdentifyOptions))
-
-    def __post_init__(self) -> None:
-        if not 0 < self.band[0] < self.band[1]:
-            raise InputError(f"{self.band[0]:g} to {self.band[1]:g} Hz is no band of frequencies")
-
-
-@dataclass(frozen=True, eq=False)
-class CarNoise:
-    """Sound at the ear of one car: synthesised, measured, and how far it may be off.
-
-    `seed`: of the laboratory that measured a virtual car; `bands`: of the same sweeps; `alarms`:
-    reasons not to trust it; `seconds`: from files to result, of one processor [s].
-    """
-
-    car: str
-    seed: int | None
-    sweeps: tuple[SweepNoise, ...]
-    bands: tuple[NoiseBand, ...]
-    alarms: tuple[str, ...]
-    seconds: float
-
-
-def noise_of_car(
-    folder: Path,
-    plan: NoisePlan,
-    step: Callable[[str], None],
-    *,
-    identified: Identification | None = None,
-    seed: int | None = None,
-) -> tuple[RunningInCar, CarNoise]:
-    """Read a car with ``car.toml``, identify what is needed and synthesise its sound.
-
-    - `step`: told what is being done.
-    - `identified`: its compressor, where that is known from another car.
-    - `seed`: of a virtual laboratory.
-    - raises InputError: what reader, identification and synthesis refuse.
-    """
-    start = time.process_time()
-    step("reading")
-    car = read_electric_car(folder)
-    step("identification of the compressor")
-    if identified is None:
-        identified = identify(car.operation.hammer, plan.identify, hoses=car.operation.hoses)
-    running = running_in_car(car, identified, with_hoses=plan.with_hoses, step=step)
-    step("synthesis")
-    transfer = wrench_noise_transfer(car)
-    sweeps = cabin_noise(running, transfer, plan.band)
-    step("bands")
-    bands = noise_bands(running, transfer, plan.band, draws=plan.draws, seed=plan.seed)
-    seconds = time.process_time() - start
-    alarms = (*identified.alarms, *running.alarms)
-    return running, CarNoise(car.name, seed, sweeps, bands, alarms, seconds)
-
-
-def virtual_car(
-    seed: int, level: CalibrationLevel, plan: NoisePlan, step: Callable[[str], None]
-) -> tuple[RunningInCar, CarNoise]:
-    """Let a laboratory measure the first car of the frozen fleet, and evaluate it."""
-    name = next(iter(frozen_fleet()))
-    with tempfile.TemporaryDirectory(prefix="deboom-") as scratch:
-        folder = write_electric_car(Path(scratch) / name, seed, name, level=level)
-        return noise_of_car(folder, plan, step, seed=seed)
-
-
-@dataclass(frozen=True, eq=False)
-class SweepErrors:
-    """How far a synthesis is from the measured sound of one sweep.
-
-    - `peaks`, `peaks_by_mounts`: of the measured level with that of all paths, and of the mounts'.
-    - `lines`, `lines_by_mounts` (n_frequency,): synthesised minus measured level [dB].
-    - `complete`: whether no path was left out.
-    - `inside`: share of the louder half of the lines at which the measured level lies within the
-      band of the synthesis [1].
-    - `hose_band`, `hose_band_by_mounts`: level of the energy in `HOSE_BAND`, synthesised minus
-      measured [dB]; nan where the sweep does not reach it.
-    """
-
-    car: str
-    seed: int | None
-    sweep: str
-    hoses: HoseState
-    frequency: RealArray
-    peaks: MatchedPeaks
-    peaks_by_mounts: MatchedPeaks
-    lines: RealArray
-    lines_by_mounts: RealArray
-    complete: bool
-    inside: float
-    hose_band: float
-    hose_band_by_mounts: float
-
-
-def sweep_errors(case: CarNoise) -> tuple[SweepErrors, ...]:
-    """Compare every sweep of a car with what was measured."""
-    return tuple(
-        _errors(case, noise, band) for noise, band in zip(case.sweeps, case.bands, strict=True)
+    report = Report(
+        f"Cabin noise of the compressor: {noise.car}",
+        "How loud is the running compressor at the driver's ear, by which mount and which hose "
+        "does the sound come, and how reliable is the synthesis?",
     )
+    errors, gains = sweep_errors(noise), measured_gain_table(noise)
+    report.summary |= error_summary(errors, gains) | {
+        "common_band_db": max(band.common_half_width for band in noise.bands),
+        "line_band_db": max(band.line_half_width for band in noise.bands),
+    }
+    report.summary |= {
+        "identical_mounts": "yes" if running.shares.identical else "no",
+        "n_alarms": len(noise.alarms),
+        "seconds": noise.seconds,
+    }
+    levels, ways = level_table(noise), pd.concat(map(ranking, noise.sweeps), ignore_index=True)
+    _tiles(report, levels, ways, gains, drawn)
+    report.warn(*noise.alarms, *running.source.notices)
+    report.assume(*running.car.assumed)
+    report.inputs += inputs
+    sweeps = "; ".join(
+        f"{sweep.sweep}: {60 * sweep.frequency[0]:.0f}–{60 * sweep.frequency[-1]:.0f} rpm"
+        for sweep in noise.sweeps
+    )
+    report.section(
+        "What was asked, and with which data",
+        "A hammer test on a rig shows mass and mounts of the compressor. In the car, the motion "
+        "of the compressor and of the body at each mount was recorded during run-ups. The force "
+        "of a mount is its stiffness times the relative displacement of its two sides. The sound "
+        "is the sum, with phases, of force times noise transfer function of the body. Sweeps: "
+        f"{sweeps}.\n\n"
+        f"{running.shares.statement}\n\n{running.source.state.statement} To see this, the motion "
+        "of the body was taken off the sweeps.",
+        folded=True,
+    )
+    report.table("levels", levels)
+    _soft_hoses(report, noise, errors)
+    if running.car.operation.with_hoses(STANDARD):
+        _standard_hoses(report, running, noise)
+        caption = (
+            "Level of the A-weighted energy with standard hoses minus that with soft ones; the "
+            f"thesis observed {THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB on its car."
+        )
+        report.table("measured_gain", gains, caption if len(gains) else "")
+    if drawn is not None:
+        _hoses_that_add(report, drawn)
+    _paths(report, noise, ways)
+    _mounts(report, running)
+    return report
 
 
-def peak_deviations(
-    errors: Sequence[SweepErrors],
-    hoses: HoseState,
-    *,
-    only: tuple[float, float] | None = None,
-    without: tuple[float, float] | None = None,
-    by_mounts: bool = False,
-) -> RealArray:
-    """Return synthesised minus measured level at the measured peaks that have a partner (n,) [dB].
+def _tiles(
+    report: Report,
+    levels: pd.DataFrame,
+    ways: pd.DataFrame,
+    gains: pd.DataFrame,
+    drawn: DrawnCar | None,
+) -> None:
+    """Show the loudest line, what brings most of it, how far it may be believed, and the hoses."""
+    loudest = levels.nlargest(1, "synthesised [dB(A)]").iloc[0]
+    report.tile(
+        f"{loudest['synthesised [dB(A)]']:.0f} dB(A)",
+        f"the loudest line at the driver's ear, {loudest['speed [rpm]']:.0f} rpm, "
+        f"{loudest['sweep']}",
+    )
+    cut = "cut, the level changes by [dB]"
+    bands = [band_words(band) for band in RANKED if in_band(loudest["frequency [Hz]"], band)]
+    near = ways[(ways["sweep"] == loudest["sweep"]) & ways["band"].isin(bands)]
+    for _, way in near.nsmallest(1, cut).iterrows():
+        report.tile(
+            way["point"],
+            f"contributes most in {way['band']} of this sweep: without it {signed(way[cut], 1)} dB",
+        )
+    for key, label in (
+        ("spl_peak_deviation_db", "largest deviation at a peak, soft hoses, outside 25–35 Hz"),
+        ("spl_90_140_p90_db_with_hoses", "90 of 100 lines at 90–140 Hz, hoses modelled"),
+        ("spl_90_140_p90_db_by_mounts", "the same, hoses left out"),
+    ):
+        if key in report.summary:
+            report.tile(f"{float(report.summary[key]):.1f} dB".replace("-", "−"), label)
+    if len(gains):
+        thesis = f"the thesis heard {THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB more"
+        beside = f"in drawn car {drawn.car} {signed(drawn.gain, 1)} dB; " if drawn else ""
+        report.tile(
+            f"{signed(float(report.summary['measured_gain_db_90_140']), 1)} dB",
+            f"by the hoses of this car at {band_words(HOSE_BAND)}, measured; {beside}{thesis}",
+        )
 
-    - `hoses`: of the sweeps that count; `by_mounts`: of the mounts' paths alone.
-    - `only`, `without`: bands of the measured peaks that count, and that do not [Hz].
-    """
-    deviations = [
-        other.level - peak.level
-        for sweep in errors
-        if sweep.hoses is hoses
-        for peak, other in (sweep.peaks_by_mounts if by_mounts else sweep.peaks).pairs
-        if (only is None or only[0] <= peak.frequency <= only[1])
-        and (without is None or not without[0] <= peak.frequency <= without[1])
+
+def error_summary(
+    errors: Sequence[SweepErrors], gain: pd.DataFrame
+) -> dict[str, float | int | str]:
+    """Headline errors; the docstring of the study has the keys."""
+    summary: dict[str, float | int | str] = {}
+    for suffix, hoses, only, without, by_mounts in (
+        ("", SOFT, None, MODES, False),
+        ("_25_35", SOFT, MODES, None, False),
+        ("_with_hoses", STANDARD, HOSE_BAND, None, False),
+        ("_by_mounts", STANDARD, HOSE_BAND, None, True),
+    ):
+        deviations = np.abs(
+            peak_deviations(errors, hoses, only=only, without=without, by_mounts=by_mounts)
+        )
+        if deviations.size:
+            summary[f"spl_peak_deviation_db{suffix}"] = float(deviations.max())
+            summary[f"spl_peak_deviation_db{suffix}_median"] = float(np.median(deviations))
+    summary["n_peaks_without_partner"] = sum(
+        len(comparison.peaks.only_reference) for comparison in errors
+    )
+    for name, by_mounts in (("with_hoses", False), ("by_mounts", True)):
+        lines = [
+            np.abs((error.lines_by_mounts if by_mounts else error.lines)[high])
+            for error in errors
+            if error.hoses is STANDARD and (high := in_band(error.frequency, HOSE_BAND)).any()
+        ]
+        if lines:
+            off = float(np.percentile(np.concatenate(lines), 90))
+            summary[f"spl_90_140_p90_db_{name}"] = off
+    if len(gain):
+        error = (gain["synthesised gain [dB]"] - gain["measured gain [dB]"]).abs()
+        summary["measured_gain_db_90_140"] = float(gain["measured gain [dB]"].median())
+        summary["measured_gain_error_db_90_140"] = float(error.max())
+    inside = [error.inside for error in errors if error.complete]
+    if inside:
+        summary["lines_in_band_percent"] = 100 * float(np.mean(inside))
+    if not all(error.complete for error in errors):
+        # nobody modelled the hoses
+        return {key: value for key, value in summary.items() if "with_hoses" not in key}
+    return summary
+
+
+def level_table(noise: CarNoise) -> pd.DataFrame:
+    """Write levels line by line: measured, synthesised with its band, and variants."""
+    frames = []
+    for sweep, band in zip(noise.sweeps, noise.bands, strict=True):
+        ends = {"synthesised from [dB(A)]": band.lower, "synthesised to [dB(A)]": band.upper}
+        frames.append(sweep.table.assign(**ends, sweep=sweep.sweep))
+    whole = pd.concat(frames, ignore_index=True)
+    return whole[["sweep", *whole.columns.drop("sweep")]]
+
+
+def _soft_hoses(report: Report, noise: CarNoise, errors: Sequence[SweepErrors]) -> None:
+    """Show sweeps whose paths of the hoses are cut."""
+    report.section(
+        "Without hoses",
+        "Levels are compared at peaks with a prominence of at least 6 dB, paired within 1.5 Hz: in "
+        "a notch the difference of two lines says nothing about noise. The thesis leaves out 25–35 "
+        "Hz, the band of the rigid-body modes of the compressor; the last column marks these "
+        "peaks.",
+    )
+    panels = [
+        _level_panel(noise, sweep, {"synthesised": (sweep.total, band.lower, band.upper)})
+        for sweep, band in zip(noise.sweeps, noise.bands, strict=True)
+        if sweep.hoses is SOFT
     ]
-    return np.array(deviations, dtype=float)
+    if panels:
+        report.figure(
+            "figure_65_soft_hoses",
+            lambda: _over_speed(panels, "measured"),
+            "Level at the driver's ear with long soft hoses, which cut the paths of the hoses "
+            "(thesis, figure 65): synthesised against measured. Shade: where 90 % of what the "
+            f"measurements allow lies. {_band_words(noise, SOFT)}"
+            + (_FLOOR_WORDS if noise.floor is not None else ""),
+        )
+    table = peak_table(errors)
+    mine = table[table["hoses"] == SOFT.value].drop(columns=["paths", "hoses"])
+    report.table("peaks", table, "Peaks with soft hoses." if len(mine) else "", shown=mine)
 
 
-def in_band(frequency: RealArray, band: tuple[float, float]) -> BoolArray:
-    """Mark lines of a band, shape (n_frequency,)."""
-    return np.asarray((frequency >= band[0]) & (frequency <= band[1]))
-
-
-def band_level(noise: SweepNoise, pressure: ComplexArray) -> float:
-    """Level of the energy in `HOSE_BAND`, nan where the sweep has no line there [dB(A)]."""
-    lines = in_band(noise.frequency, HOSE_BAND)
-    return float(energy_sum(noise.level(pressure)[lines])) if lines.any() else float("nan")
-
-
-def soft_partner(case: CarNoise, standard: SweepNoise) -> SweepNoise | None:
-    """Return the sweep with soft hoses at the pressure of one with standard hoses."""
-    for noise in case.sweeps:
-        near = abs(noise.pressure / standard.pressure - 1) < SAME_PRESSURE
-        same = np.array_equal(noise.frequency, standard.frequency)
-        if noise.hoses is HoseState.SOFT and near and same:
-            return noise
-    return None
-
-
-def _errors(case: CarNoise, noise: SweepNoise, band: NoiseBand) -> SweepErrors:
-    lines = noise.frequency
-    measured, total = noise.level(noise.measured), noise.level(noise.total)
-    by_mounts = noise.level(noise.by_mounts)
-    loud = measured >= np.median(measured)
-    reference = booming_peaks(measured, lines, ORDER)
-    return SweepErrors(
-        car=case.car,
-        seed=case.seed,
-        sweep=noise.sweep,
-        hoses=noise.hoses,
-        frequency=lines,
-        peaks=match_peaks(reference, booming_peaks(total, lines, ORDER)),
-        peaks_by_mounts=match_peaks(reference, booming_peaks(by_mounts, lines, ORDER)),
-        lines=total - measured,
-        lines_by_mounts=by_mounts - measured,
-        complete=noise.complete,
-        inside=float(np.mean(((measured >= band.lower) & (measured <= band.upper))[loud])),
-        hose_band=band_level(noise, noise.total) - band_level(noise, noise.measured),
-        hose_band_by_mounts=band_level(noise, noise.by_mounts) - band_level(noise, noise.measured),
+def _band_words(noise: CarNoise, hoses: HoseState) -> str:
+    """Say which part of the bands all lines share."""
+    bands = [
+        band for sweep, band in zip(noise.sweeps, noise.bands, strict=True) if sweep.hoses is hoses
+    ]
+    common, besides = (
+        max(getattr(band, name) for band in bands)
+        for name in ("common_half_width", "line_half_width")
+    )
+    return (
+        f"All lines of a sweep may lie ± {common:.1f} dB together, and each ± {besides:.1f} dB "
+        "besides (median line)."
     )
 
 
-@dataclass(frozen=True, eq=False)
-class DrawnCar:
-    """What hoses do in a car of a drawn fleet, by the bench's coupled solution.
-
-    - `frequency` (n_frequency,): frequency of the rotation [Hz].
-    - `with_hoses`, `without_hoses` (n_frequency,): level at the driver's ear with the hoses joined
-      and with long soft ones [dB(A)].
-    """
-
-    fleet: int
-    car: str
-    frequency: RealArray
-    with_hoses: RealArray
-    without_hoses: RealArray
-
-    @property
-    def gain(self) -> float:
-        """Level of the energy in `HOSE_BAND` with hoses minus that without [dB]."""
-        lines = in_band(self.frequency, HOSE_BAND)
-        return float(energy_sum(self.with_hoses[lines]) - energy_sum(self.without_hoses[lines]))
+_FLOOR_WORDS = (
+    " Hatched: the measured level is within 6 dB of the noise of cabin and microphone, 0.1 mPa per "
+    "root of a hertz over the ten seconds of a line."
+)
 
 
-def car_whose_hoses_add() -> DrawnCar:
-    """Run the shipped compressor with its hoses in a drawn car, as the thesis heard its own.
-
-    In the frozen fleet hoses mostly work against the mounts; in twelve drawn fleets they take up to
-    6 dB off or add up to 11 dB, and cars of one fleet resemble each other.
-    """
-    body = draw_fleet(ADDING_FLEET)[ADDING_CAR]
-    running = operation(1, CalibrationLevel.C2, CAR_PLAN)
-    compressor = running.laboratory.compressor
-    lines = speeds()
-    lines = lines[in_band(lines, BAND)]
-    joined, free = (
-        spl(run_car(body, compressor, running.source, lines, hoses).pressure, lines)
-        for hoses in (compressor.hoses, ())
+def _level_panel(
+    noise: CarNoise, sweep: SweepNoise, curves: dict[str, tuple[ComplexArray, RealArray, RealArray]]
+) -> CurvePanel:
+    """Draw levels of one sweep with their bands over the measured one, which has a floor."""
+    measured = sweep.level(sweep.measured)
+    masked = {}
+    if noise.floor is not None:
+        floor = sweep.level(np.full(sweep.frequency.size, noise.floor))
+        masked["near the noise of the microphone"] = measured < floor + ABOVE_FLOOR
+    return CurvePanel(
+        f"{noise.car}, {sweep.sweep}",
+        sweep.frequency,
+        {name: sweep.level(of[0]) for name, of in curves.items()} | {"measured": measured},
+        ranges={name: of[1:] for name, of in curves.items()},
+        masked=masked,
     )
-    return DrawnCar(ADDING_FLEET, ADDING_CAR, lines, joined, free)
 
 
-def ranking(noise: SweepNoise) -> pd.DataFrame:
-    """Rank mounts and hoses of one sweep by their part of the sound.
-
-    A part is ``Σ w Re(p_i p*) / Σ w |p|²`` with the A-weighting w: parts of all points add up to 1,
-    and a point that works against the others has a negative one.
-    """
-    rows: list[dict[str, object]] = []
-    points, total = noise.by_point, noise.total
-    for band in RANKED:
-        lines = in_band(noise.frequency, band)
-        if not lines.any():
-            continue
-        weight = 10 ** (a_weighting(noise.frequency[lines]) / 10)
-        sound, parts = total[lines], points[lines]
-        energy = weight @ np.abs(sound) ** 2
-        part = weight @ (parts * np.conj(sound)[:, np.newaxis]).real / energy
-        without = weight @ np.abs(sound[:, np.newaxis] - parts) ** 2
-        alone = energy_sum(noise.level(points)[lines])
-        for place in np.argsort(-part):
-            rows.append(
-                {
-                    "sweep": noise.sweep,
-                    "band": band_words(band),
-                    "point": noise.points[place],
-                    "part of the sound [%]": 100 * float(part[place]),
-                    "alone [dB(A)]": float(alone[place]),
-                    "cut, the level changes by [dB]": float(10 * np.log10(without[place] / energy)),
-                }
-            )
-    return pd.DataFrame(rows)
+def _over_speed(panels: Sequence[CurvePanel], dashed: str) -> plot.Figure:
+    """Draw levels over the speed of the rotor."""
+    return plot.curve_panels(
+        panels, y_label=LEVEL, columns=1, dashed=(dashed,), order=ORDER, speed_label=SPEED
+    )
 
 
-def band_words(band: tuple[float, float]) -> str:
-    """Write a band."""
-    return f"{band[0]:g}–{band[1]:g} Hz"
+def _standard_hoses(report: Report, running: RunningInCar, noise: CarNoise) -> None:
+    """Show sweeps with the hoses of the car."""
+    hoses = running.hoses
+    report.section("With the hoses of the car")
+    if hoses is None:
+        report.text("The paths of the hoses were left out on request.")
+    else:
+        fit = "; ".join(f"{name}: {chi:.2f}" for name, chi in hoses.reduced_chi)
+        report.text(
+            "The hoses were identified as beams from the sweeps with standard and with soft hoses; "
+            f"residuals over noise: {fit}. Their loads on the body at six degrees of freedom per "
+            "end are further paths.\n\n" + "\n\n".join(hoses.statements)
+        )
+    panels = []
+    for sweep, band in zip(noise.sweeps, noise.bands, strict=True):
+        if sweep.hoses is STANDARD:
+            mounts = (sweep.by_mounts, band.lower_mounts, band.upper_mounts)
+            curves = {"synthesised, mounts alone": mounts}
+            if sweep.contributions.shape[1] > sweep.n_mount_paths:
+                whole = (sweep.total, band.lower, band.upper)
+                curves["synthesised, mounts and hoses"] = whole
+            panels.append(_level_panel(noise, sweep, curves))
+    report.figure(
+        "figure_66_standard_hoses",
+        lambda: _over_speed(panels, "measured"),
+        "Level with the hoses of the car (thesis, figure 66). Where hoses carry sound, mounts "
+        "alone do not explain the measurement; mounts and identified hoses together do."
+        + ("" if hoses is None else f" {_band_words(noise, STANDARD)}"),
+    )
+    if hoses is not None:
+        words = {"identified": "found", "standard deviation": "deviation"}
+        table = hoses.table.rename(columns=words)
+        caption = "Hoses, as drawn and as found; deviation: 1 σ."
+        report.table("hoses", table, caption, shown=in_words(table))
+
+
+def _hoses_that_add(report: Report, drawn: DrawnCar) -> None:
+    """Show a drawn car whose hoses add, as those of the thesis did."""
+    report.section(
+        "A car whose hoses add",
+        "Hoses can add sound or cancel it, depending on the phases of the body at their ends: in "
+        "all five cars of the frozen fleet they change little or cancel part of the mounts' "
+        f"sound. In car {drawn.car} of drawn fleet {drawn.fleet} the same compressor with the same "
+        f"hoses is {signed(drawn.gain, 1)} dB louder at {band_words(HOSE_BAND)}, as in the "
+        "thesis. Levels are those of the bench's coupled car, without noise.",
+        folded=True,
+    )
+    soft, joined = "hoses cut off", "hoses of the car"
+    panel = CurvePanel(
+        f"{drawn.car} of drawn fleet {drawn.fleet}",
+        drawn.frequency,
+        {soft: drawn.without_hoses, joined: drawn.with_hoses},
+    )
+    report.figure(
+        "figure_66_drawn_car",
+        lambda: plot.curve_panels(
+            [panel],
+            y_label=LEVEL,
+            columns=1,
+            dashed=(soft,),
+            order=ORDER,
+            speed_label=SPEED,
+        ),
+        "Level at the driver's ear with hoses and with their paths cut (thesis, figure 66, where "
+        f"hoses add 5 to 10 dB at {band_words(HOSE_BAND)} and nothing below 80 Hz).",
+    )
+    columns = {
+        "frequency [Hz]": drawn.frequency,
+        "speed [rpm]": 60 * drawn.frequency,
+        f"{joined} [dB(A)]": drawn.with_hoses,
+        f"{soft} [dB(A)]": drawn.without_hoses,
+    }
+    report.table("drawn_car", pd.DataFrame(columns))
+
+
+def _paths(report: Report, noise: CarNoise, ways: pd.DataFrame) -> None:
+    """Show by which mount and hose the sound gets to the ear."""
+    report.section(
+        "By which way",
+        "Shares add up to 100 %. The share of a path is the part of its sound in phase with the "
+        "sum, in the A-weighted energy. A path with a negative share reduces the sound of the "
+        "others.",
+    )
+    total = "all paths"
+    panels = [
+        CurvePanel(
+            f"{noise.car}, {sweep.sweep}",
+            sweep.frequency,
+            dict(zip(sweep.points, sweep.level(sweep.by_point).T, strict=True))
+            | {total: sweep.level(sweep.total)},
+        )
+        for sweep in _lowest_pressure(noise)
+    ]
+    report.figure(
+        "contributions",
+        lambda: _over_speed(panels, total),
+        "Level of each mount and hose on its own, forces and moments summed with their phases. "
+        "If a single path is louder than the sum, other paths cancel it.",
+    )
+    report.table(
+        "ranking",
+        ways,
+        "Mounts and hoses ranked, per sweep and band.",
+    )
+    for field in ("contributions", "loads"):
+        report.table(field, path_table(noise, field))
+
+
+def path_table(noise: CarNoise, field: str) -> pd.DataFrame:
+    """Write loads or contributions of all paths, complex, line by line; units by path."""
+    frames = []
+    for sweep in noise.sweeps:
+        for number, path in enumerate(sweep.paths):
+            moment = path.rpartition(" ")[2].startswith("m")
+            values = getattr(sweep, field)[:, number]
+            columns = {
+                "sweep": sweep.sweep,
+                "path": path,
+                "unit": "Pa" if field == "contributions" else "N m" if moment else "N",
+                "frequency [Hz]": sweep.frequency,
+                "real": values.real,
+                "imaginary": values.imag,
+            }
+            frames.append(pd.DataFrame(columns))
+    return pd.concat(frames, ignore_index=True)
+
+
+def _lowest_pressure(noise: CarNoise) -> list[SweepNoise]:
+    """Return the sweeps at the lowest pressure."""
+    lowest = min(sweep.pressure for sweep in noise.sweeps)
+    return [sweep for sweep in noise.sweeps if sweep.pressure == lowest]
+
+
+def _mounts(report: Report, running: RunningInCar) -> None:
+    """Show single mounts, as far as they are known."""
+    reference = getattr(
+        running.identification.calibrated.parametrisation, "reference_frequency", 20.0
+    )
+    report.section(
+        "Single mounts",
+        "Positions come from the sheet of the car, directions and stiffnesses from the drawing, "
+        "and the sum of the stiffnesses from the hammer test. If a deviation hardly falls from "
+        "before to after, the value is that of the drawing. The identified stiffness is dynamic, "
+        f"real part at {reference:g} Hz; the stiffness of the drawing is static.",
+        folded=True,
+    )
+    mounts = mount_table(running)
+    report.table("mounts", mounts, "Mounts; deviations are 1 σ.", shown=in_words(mounts))
+    stiffness = stiffness_table(running)
+    report.figure(
+        "figure_63_stiffness",
+        lambda: _stiffness_figure(stiffness),
+        "Dynamic stiffness of the single mounts over frequency, real and imaginary part (thesis, "
+        "figure 63): the stiffness found times the gain of the hammer test and, where the mounts "
+        "have changed, the change in operation.",
+    )
+    report.table("mount_stiffness", stiffness)
+
+
+def mount_table(running: RunningInCar) -> pd.DataFrame:
+    """Show single mounts as found, and how well they are known."""
+    shares = running.shares
+    before = shares.prior_deviations[:-1].reshape(len(shares.drawn), 9)
+    before = np.hstack([before[:, :6], np.hypot(before[:, 6:], shares.prior_deviations[-1])])
+    names = [f"position {axis}" for axis in "xyz"] + [f"angle {axis}" for axis in "xyz"]
+    names += [f"stiffness {axis}" for axis in ("axial", "radial 1", "radial 2")]
+    frames = []
+    for mount, drawn, after, prior in zip(
+        shares.mounts, shares.drawn, shares.deviations, before, strict=True
+    ):
+        scale = np.repeat([1e3, 180 / np.pi, 1e-3], 3)
+        # deviations of a stiffness are relative
+        relative = np.concatenate([np.ones(6), mount.stiffness])
+        identified, wanted = (
+            scale * np.concatenate([of.position, of.rotation, of.stiffness])
+            for of in (mount, drawn)
+        )
+        columns = {
+            "mount": mount.name,
+            "number": names,
+            "unit": np.repeat(["mm", "°", "N/mm"], 3),
+            "drawn": wanted,
+            "found": identified,
+            "deviation": scale * relative * after,
+            "deviation before": scale * relative * prior,
+        }
+        frames.append(pd.DataFrame(columns))
+    return pd.concat(frames, ignore_index=True)
+
+
+def stiffness_table(running: RunningInCar) -> pd.DataFrame:
+    """Write the dynamic stiffness of single mounts along their axes, line by line."""
+    lines = running.identification.inertance.frequency
+    factor = running.identification.calibrated.model.gain.at(lines)
+    factor = factor * (1 + running.source.state.significant(lines))
+    frames = []
+    for mount in running.shares.mounts:
+        for axis, stiffness in zip(STIFFNESS_AXES, mount.stiffness, strict=True):
+            columns = {
+                "mount": mount.name,
+                "direction": axis,
+                "frequency [Hz]": lines,
+                "real [N/mm]": 1e-3 * stiffness * factor.real,
+                "imaginary [N/mm]": 1e-3 * stiffness * factor.imag,
+            }
+            frames.append(pd.DataFrame(columns))
+    return pd.concat(frames, ignore_index=True)
+
+
+def _stiffness_figure(table: pd.DataFrame) -> plot.Figure:
+    """Draw real and imaginary part of each mount in a panel each."""
+    panels = []
+    for mount, rows in table.groupby("mount", sort=False):
+        for part, name in (("Re K", "real [N/mm]"), ("Im K", "imaginary [N/mm]")):
+            curves = {
+                str(axis): group[name].to_numpy()
+                for axis, group in rows.groupby("direction", sort=False)
+            }
+            lines = rows["frequency [Hz]"].unique()
+            panels.append(CurvePanel(f"{part}, {mount}", lines, curves, y_label=f"{part} [N/mm]"))
+    return plot.curve_panels(panels, columns=2, dashed=STIFFNESS_AXES[2:], log_frequency=True)
+
+
+def peak_table(errors: Sequence[SweepErrors]) -> pd.DataFrame:
+    """List measured peaks with their synthesised partners, by all paths and by mounts alone."""
+    rows = []
+    for error in errors:
+        standard = error.hoses is STANDARD
+        of = {"mounts and hoses" if standard else "mounts alone": error.peaks}
+        if standard:
+            of["mounts alone"] = error.peaks_by_mounts
+        for paths, matched in of.items():
+            pairs = [(peak, other.frequency, other.level) for peak, other in matched.pairs]
+            pairs += [(peak, np.nan, np.nan) for peak in matched.only_reference]
+            for peak, frequency, level in sorted(pairs, key=lambda pair: pair[0].frequency):
+                rows.append(
+                    {
+                        "hoses": error.hoses.value,
+                        "sweep": error.sweep,
+                        "paths": paths,
+                        "peak [Hz]": peak.frequency,
+                        "measured [dB(A)]": peak.level,
+                        "synthesised peak [Hz]": frequency,
+                        "synthesised [dB(A)]": level,
+                        "deviation [dB]": level - peak.level,
+                        f"in {band_words(MODES)}": MODES[0] <= peak.frequency <= MODES[1],
+                    }
+                )
+    return pd.DataFrame(rows, columns=None if rows else ["hoses", "sweep", "paths"])

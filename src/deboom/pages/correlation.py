@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
@@ -203,6 +203,20 @@ class CorrelationStudy:
     resamples: int
     cut: float
     inputs: tuple[Any, ...]
+
+    def within(self, runs: Runs, index: BoomingModel) -> CorrelationStudy | None:
+        """Return the DOE of the vehicles of another model; None if these are one, or all."""
+        names = index.response_names
+        if len(names) < 2 or names == self.names:
+            return None
+        levels, columns = self.vehicles, [self.names.index(name) for name in names]
+        some = Levels(
+            names,
+            levels.designs[:, columns],
+            levels.means[:, columns],
+            levels.scatter[..., columns],
+        )
+        return replace(self, runs=runs, index=index, vehicles=some)
 
     @property
     def names(self) -> tuple[str, ...]:

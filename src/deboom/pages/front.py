@@ -12,6 +12,7 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.explore.result import Front
 from deboom.files.front_table import facts_of, tables_of
+from deboom.files.made_parts import MadeParts
 from deboom.plot.style import FULL_WIDTH
 from deboom.report import Report
 from deboom.vehicles.fleet_front import FleetFront
@@ -195,3 +196,13 @@ def heard(
         change=None if change is None else np.asarray(change)[shown],
         width=width,
     )
+
+
+def report_parts(report: Report, made: MadeParts) -> None:
+    """Add a section and a table ``parts`` to a report; nothing without a file."""
+    if made.structure is None:
+        return
+    report.section("How parts scatter", made.text)
+    caption = "Half widths of the scatter are three standard deviations."
+    report.table("parts", made.table, caption)
+    report.inputs += made.inputs

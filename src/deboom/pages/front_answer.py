@@ -10,10 +10,10 @@ import pandas as pd
 from deboom.arrays import ComplexArray, RealArray
 from deboom.common import PERCENT, listed
 from deboom.files.sound import run_up_files
+from deboom.measurement.booming_peaks import PeakChange
 from deboom.mounts.mount import Mount
 from deboom.plot.style import signed
 from deboom.report import Report, Sound
-from deboom.vehicles.booming_peaks import PeakChange
 from deboom.vehicles.expected_change import SHARE, ExpectedChange, Information, Interval
 from deboom.vehicles.fleet_front import COMMON_PERCENTILE, FleetFront
 from deboom.vehicles.free_directions import NOTICEABLE

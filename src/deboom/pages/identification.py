@@ -19,6 +19,16 @@ from deboom.compressor.identifiability import (
     quantities,
 )
 from deboom.compressor.identification import ALARM, Identification
+from deboom.compressor.identified_test import (
+    CompressorTruth,
+    IdentifiedTest,
+    calibrated_inertance,
+    condition_at_100_hz,
+    condition_numbers,
+    errors_of,
+    identifiability_table,
+    placement_table,
+)
 from deboom.compressor.identify import frac, modal_likeness
 from deboom.compressor.model import gain_from_parameters
 from deboom.compressor.mount_shares import MountShares
@@ -26,19 +36,16 @@ from deboom.compressor.thesis_fit import ThesisFit
 from deboom.compressor.virtual_point_fit import START_GAIN
 from deboom.errors import InputError
 from deboom.files.compressor_model import compressor_document
+from deboom.measurement.channels import Frf
+from deboom.measurement.compressor_test import InertanceTest
+from deboom.measurement.free_body import FreeBody
 from deboom.measurement.quality import quality_table
-from deboom.pages.compressor_identification import (
-    IdentifiedTest,
-    alarms_in_words,
-    calibrated_inertance,
-    condition_at_100_hz,
-    condition_numbers,
-    errors_of,
-    identifiability_table,
-    in_words,
-    placement_table,
-)
+from deboom.physics.rigid_body import mass_matrix
 from deboom.report import Report, Step
+from deboom.report.tables import in_words
+
+if TYPE_CHECKING:
+    pass
 
 if TYPE_CHECKING:
     from deboom.plot import Figure
@@ -648,3 +655,56 @@ def _placement(report: Report, test: IdentifiedTest) -> None:
         "Largest errors of placement and calibration.",
         shown=in_words(largest),
     )
+
+
+def alarms_in_words(alarms: Sequence[str]) -> str:
+    """Count alarms: ``no alarm``, ``1 alarm``, ``2 alarms``."""
+    return f"{len(alarms) or 'no'} {'alarms' if len(alarms) > 1 else 'alarm'}"
+
+
+def free_body_report(
+    test: InertanceTest, inertance: Frf, free: FreeBody, truth: CompressorTruth | None
+) -> Report:
+    """Report mass, centre of gravity and inertia of a free or softly hung body.
+
+    - `inertance`: at the virtual point; `free`: fitted to its mass lines.
+    - `truth` or None: of a virtual test.
+    """
+    lines = inertance.frequency
+    report = Report(
+        f"Free body: {test.name}", "Which mass, centre of gravity and inertia has this body?"
+    )
+    report.tile(f"{free.body.mass:.3f} ± {free.deviation[0]:.2g} kg", "mass, 1 σ")
+    low, high = free.band
+    report.tile(f"{low:g}–{high:g} Hz", "lines of the fit")
+    report.assume(*test.assumed)
+    if test.weighed_mass is None:
+        report.warn("Not weighed: a gain that all channels share looks like mass. Weigh it.")
+    report.summary |= {
+        "mass_kg": free.body.mass,
+        "mass_deviation_kg": float(free.deviation[0]),
+        "misfit": free.misfit,
+        "n_alarms": 0,
+    }
+    report.inputs += test.input_files
+    table = free.table
+    if truth is not None:
+        report.inputs.append(truth.path)
+        true = truth.model
+        inertia = true.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+        table["truth"] = [true.mass, *true.centre, *inertia]
+    report.section(
+        "Mass, centre of gravity and inertia",
+        "A constant and the foot of the flexible modes are fitted to the accelerance at the "
+        "virtual point; the constant is the inverse mass matrix of a rigid body. Centre of gravity "
+        "in the axes and from the origin of the position sheet, inertia about it.",
+    )
+    report.table("parameters", table, "1 σ of noise, model and gains.", shown=in_words(table))
+    rigid = np.linalg.inv(mass_matrix(free.body.mass, free.body.inertia, free.body.centre))
+    curves = {"measured": inertance.values, MODEL: np.broadcast_to(rigid, inertance.values.shape)}
+    report.figure(
+        "inertance",
+        lambda: inertance_figure(lines, curves, (free.band,)),
+        "Inertance at the virtual point, and that of the identified body.",
+    )
+    return report

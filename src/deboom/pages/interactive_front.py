@@ -17,12 +17,13 @@ from deboom.explore.front import VERIFICATION, interval_of_scrambles
 from deboom.explore.robust import Robust
 from deboom.explore.selection import at_nominal
 from deboom.files.disk import read_bytes
-from deboom.files.front_run import FleetModel, SupplierStudy
+from deboom.files.front_run import FleetModel
 from deboom.files.front_table import FrontTable
 from deboom.files.run_folder import RunEntry
 from deboom.files.tables import read_frame
 from deboom.names import path_inside
 from deboom.pages.live_model import Start, live_page
+from deboom.pages.supplier_study import SupplierStudy
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import (
     RUN_UP_RATE,

@@ -17,7 +17,7 @@ from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign, re
 from deboom.files.check import check_folder
 from deboom.files.component_test import read_component_test
 from deboom.files.electric_car import read_electric_car
-from deboom.files.folders import FILES, kind_of_folder
+from deboom.files.folders import FOLDERS, kind_of_folder
 from deboom.files.function_table import with_their_tables
 from deboom.files.hammer_test import read_hammer_test
 from deboom.files.inertance_test import read_inertance_test
@@ -66,8 +66,8 @@ def look_report(folder: Path) -> Report:
     )
     report.section(
         "What it holds",
-        f"A folder of the kind {kind.value}, by its file {FILES[kind][0]}. Nothing is identified "
-        "here, and nothing is corrected."
+        f"A folder of the kind {kind.value}, by its file {FOLDERS[kind].file}. Nothing is "
+        "identified here, and nothing is corrected."
         + ("" if summary else " What its numbers contradict stands above; the pictures show why."),
     )
     if len(table):
@@ -75,7 +75,7 @@ def look_report(folder: Path) -> Report:
     for section in held.sections:
         report.sections.append(section)
     report.pictures |= held.pictures
-    report.inputs = list(dict.fromkeys((folder / FILES[kind][0], *drawn)))
+    report.inputs = list(dict.fromkeys((folder / FOLDERS[kind].file, *drawn)))
     return report
 
 

@@ -1,414 +1,288 @@
-"""Mounts characterised on one bench or several, beside the truth where it is known."""
+"""The page on mounts that were characterised on a bench."""
 
 from __future__ import annotations
 
-import tempfile
-import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
-from scipy.spatial import cKDTree
 
-from deboom.arrays import ComplexArray
-from deboom.bench.campaign import NO_ERRORS, TRAINING_RUNS, CampaignErrors, CampaignPlan
-from deboom.bench.campaign_writer import write_campaign
-from deboom.bench.truth import SetTruth, read_set_truth
-from deboom.common import Progress
-from deboom.errors import InputError
-from deboom.files.campaign import read_campaign
-from deboom.measurement.campaign import OperatingRun
-from deboom.measurement.force_transfer import ForceTransferMatrix, force_transfer_matrix
-from deboom.measurement.quality import quality_in_operation, quality_table
-from deboom.mounts.characterise import STEPS, Characterisation, CharacteriseOptions, characterise
-from deboom.mounts.error_budget import DirectionBudget
-from deboom.mounts.measuring_chain import ErrorSource, MountPoint
-from deboom.mounts.operating_map import OperatingMap
-from deboom.mounts.response_surface import (
-    DynamicStiffnessSurface,
-    StiffnessModel,
-    agreement,
-    compare_models,
-    standard_models,
+from deboom import plot
+from deboom.common import AXES, N_PER_MM
+from deboom.mounts.characterised_bench import (
+    CharacterisedBench,
+    direction_numbers,
+    force_transfer_matrices,
+    force_transfer_table,
+    identified,
+    percent,
+    quality_of_motion,
+    r2_table,
+    shown_run,
+    truth_table,
+    uncertainty_table,
+    usable_maps,
 )
+from deboom.mounts.error_budget import IDENTIFIED
+from deboom.mounts.operating_map import OperatingMap, Preload
+from deboom.pages.mount_figures import append_maps, append_runs, append_sensors, transfer_panels
+from deboom.plot import CurvePanel
+from deboom.report import Report
 
-CHECK_CASES = ((5, 120.0), (5, 220.0), (6, 120.0), (6, 160.0), (6, 220.0), (7, 220.0))
-"""Gear and torque limit [N m] of the full-load runs that surfaces are judged with: thesis, 3.5."""
+SHOWN_POINTS = 2000
+"""Of a panel; more hide each other."""
+ALONE = " alone [%]"
+"""Ends the names of the columns that take one source of error alone."""
 
-STEPS_PER_BENCH = 2 + len(STEPS)
-"""Measuring, reading, and the steps of the characterisation."""
 
+def characterisation_report(
+    first: CharacterisedBench, models: pd.DataFrame | None, inputs: Sequence[Path] = ()
+) -> Report:
+    """Report on a bench.
 
-@dataclass(frozen=True, eq=False)
-class CharacterisedBench:
-    """One bench whose mounts were characterised.
-
-    - `title`: such as ``bench 1``.
-    - `result`: of one mount set.
-    - `truth`: none where nobody knows it.
-    - `seconds`: that the characterisation took, with its error budget [s].
+    - `models` or None: `model_table`, where other models are wanted.
+    - `inputs`: files that stay.
     """
-
-    title: str
-    result: Characterisation
-    truth: SetTruth | None
-    seconds: float
-
-    @property
-    def input_files(self) -> tuple[Path, ...]:
-        """Every file that was read, the truth included."""
-        truth = () if self.truth is None else (self.truth.path,)
-        return (*self.result.campaign.input_files, *truth)
-
-    @property
-    def surfaces(self) -> dict[str, DynamicStiffnessSurface]:
-        """Of every direction that has one."""
-        surfaces = ((name, direction.surface) for name, direction in self.result.directions.items())
-        return {name: surface for name, surface in surfaces if surface is not None}
-
-    @cached_property
-    def check_runs(self) -> tuple[OperatingRun, ...]:
-        """Runs of `CHECK_CASES`; without one, all full-load runs, or all runs if there is none."""
-        full_load = [run for run in self.result.runs if run.full_load]
-        named = [run for run in full_load if (run.gear, run.torque_limit) in CHECK_CASES]
-        return tuple(named or full_load or self.result.runs)
-
-    def in_check_runs(self, measured: OperatingMap) -> npt.NDArray[np.bool_]:
-        """Say which lines of a map belong to the check runs, shape (n,)."""
-        names = {run.name for run in self.check_runs}
-        return np.array([str(label).partition(" ")[0] in names for label in measured.run])
-
-    def modelled(self, surface: DynamicStiffnessSurface, measured: OperatingMap) -> ComplexArray:
-        """Stiffness of a surface at every line of a map, shape (n,) [N/m]."""
-        points = measured.points(self.result.options.preload)
-        return surface.predict(points, extrapolate=True)
-
-    def fitted_to(self, measured: OperatingMap) -> DynamicStiffnessSurface:
-        """Fit a surface to a map, by the same regressor as those of the bench."""
-        options = self.result.options
-        samples = measured.samples(options.preload)
-        surface = DynamicStiffnessSurface(options.regressor, preload_unit=options.preload.unit)
-        return surface.fit(samples.points, samples.stiffness, groups=samples.run)
-
-
-def characterise_given(
-    folder: Path,
-    mount_set: str,
-    options: CharacteriseOptions,
-    progress: Progress,
-    title: str | None = None,
-) -> CharacterisedBench:
-    """Characterise one mount set of a campaign and find the truth, if there is any.
-
-    - `folder`: of the campaign.
-    - `mount_set`: parts on the bench.
-    - `options`: how.
-    - `title`, optional: of the bench; by default the name of the folder.
-    - raises InputError: a campaign that cannot be read or characterised.
-    """
-    title = title or Path(folder).name
-    progress(1, STEPS_PER_BENCH, f"{title}: reading")
-    campaign = read_campaign(folder, (mount_set,))
-
-    def step(done: int, _total: int, text: str) -> None:
-        progress(2 + done, STEPS_PER_BENCH, f"{title}: {text}")
-
-    begin = time.perf_counter()
-    result = characterise(campaign, mount_set, options, step)
-    seconds = time.perf_counter() - begin
-    return CharacterisedBench(title, result, read_set_truth(folder, mount_set), seconds)
-
-
-def characterise_virtual(
-    seed: int,
-    mount_set: str,
-    options: CharacteriseOptions,
-    progress: Progress,
-    *,
-    noise_free: bool = False,
-) -> CharacterisedBench:
-    """Measure the training runs on a virtual bench, characterise them, and keep no files.
-
-    - `noise_free`: without noise and with every sensor as stated: what is left is the error of the
-      method.
-    - raises InputError: a seed below 1, or an unknown mount set.
-    """
-    title = f"bench {seed}"
-    progress(0, STEPS_PER_BENCH, f"{title}: measuring")
-    plan = CampaignPlan((mount_set,), TRAINING_RUNS)
-    with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
-        folder = Path(temporary) / "campaign"
-        write_campaign(folder, seed, plan, NO_ERRORS if noise_free else CampaignErrors())
-        return characterise_given(folder, mount_set, options, progress, title)
-
-
-def shown_run(bench: CharacterisedBench) -> OperatingRun:
-    """Return the run that motions are shown of: of the check runs the one of most torque."""
-    return max(bench.check_runs, key=lambda run: (run.torque_limit, -run.gear))
-
-
-def quality_of_motion(bench: CharacterisedBench) -> pd.DataFrame:
-    """Judge the virtual points of each rigid body in the run shown, in the order of repair.
-
-    Columns as of `deboom.measurement.quality.quality_table`; ``worst`` names a channel,
-    sensor or motion, and leave-one-out the culprit with its likely fault.
-    """
-    run = shown_run(bench)
-    tolerances = bench.result.campaign.tolerances
-    rows: list[dict[str, object]] = []
-    for chain in bench.result.chains:
-        point = chain.alignment.body.virtual_point
-        if point is not None:
-            checks = quality_in_operation(point, run.acceleration, tolerances=tolerances)
-            rows += quality_table(checks)
-    return pd.DataFrame(rows, columns=["check", "number [1]", "limit", "verdict", "worst"])
-
-
-def usable_maps(bench: CharacterisedBench) -> dict[str, OperatingMap]:
-    """Return the maps of all directions that were ever loaded, without lines near the floor."""
-    maps = {name: entry.measured for name, entry in bench.result.directions.items()}
-    usable = {name: entry.select(~entry.near_floor) for name, entry in maps.items()}
-    return {name: entry for name, entry in usable.items() if len(entry)}
-
-
-def direction_numbers(bench: CharacterisedBench) -> pd.DataFrame:
-    """One row per direction; plain ratios, nan where something is not known.
-
-    Columns ``r2_<part>`` and ``r2_force_<part>`` compare the surface with its own lines, with the
-    prefix ``check_`` a surface fitted without the check runs with those. ``error`` and its kin are
-    rms relative errors of the magnitude against the truth, ``error_imag`` the median one of Im K.
-    InputError: no direction has a surface.
-    """
-    rows = [_row(bench, name) for name in bench.surfaces]
-    if not rows:
-        raise InputError("no direction of any mount could be characterised: nothing to report")
-    return pd.DataFrame(rows)
-
-
-def model_table(
-    bench: CharacterisedBench, models: Mapping[str, StiffnessModel] | None = None
-) -> pd.DataFrame:
-    """Compare models of the stiffness, fitted without the check runs, on those of one bench.
-
-    - `models`, optional: models by name; default are those of `standard_models`.
-    - returns one row per direction and model, see `compare_models`.
-    - raises InputError: no direction has lines in check runs and in others.
-    """
-    preload = bench.result.options.preload
-    parts = []
-    for name in bench.surfaces:
-        measured = bench.result.directions[name].measured
-        usable = measured.select(~measured.near_floor)
-        check = bench.in_check_runs(usable)
-        if check.all() or not check.any():
-            continue
-        held_out = usable.select(check)
-        truth = None if bench.truth is None else bench.truth.at(held_out)
-        chosen = standard_models() if models is None else models
-        training, lines = usable.select(~check).samples(preload), held_out.samples(preload)
-        try:
-            table = compare_models(chosen, training, lines, truth)
-        except InputError:  # its check runs lie where the others did not go
-            continue
-        table.insert(0, "direction", name)
-        parts.append(table)
-    if not parts:
-        raise InputError("models are compared on check runs: measure runs beside them, too")
-    return pd.concat(parts, ignore_index=True)
-
-
-def _row(bench: CharacterisedBench, name: str) -> dict[str, object]:
-    direction = bench.result.directions[name]
-    surface, measured = bench.surfaces[name], direction.measured
-    usable = measured.select(~measured.near_floor)
-    row: dict[str, object] = {"direction": name, **_r2(bench, surface, usable)}
-    row |= _budget(bench, name)
-    if bench.truth is not None:
-        row |= _errors(bench, surface, usable)
-    check = bench.in_check_runs(usable)
-    if check.any() and not check.all():
-        without = bench.fitted_to(usable.select(~check))
-        held_out = usable.select(check)
-        inside = without.supported(held_out.points(bench.result.options.preload))
-        row["check_inside"] = float(inside.mean())
-        held_out = held_out.select(inside)
-        row |= {f"check_{key}": value for key, value in _r2(bench, without, held_out).items()}
-        if bench.truth is not None:
-            row["check_error"] = _errors(bench, without, held_out)["error"]
-    return row
-
-
-def _r2(
-    bench: CharacterisedBench, surface: DynamicStiffnessSurface, lines: OperatingMap
-) -> dict[str, float]:
-    if len(lines) < 2:
-        return {}
-    return agreement(lines.samples(bench.result.options.preload), bench.modelled(surface, lines))
-
-
-def _errors(
-    bench: CharacterisedBench, surface: DynamicStiffnessSurface, lines: OperatingMap
-) -> dict[str, float]:
-    if bench.truth is None or not len(lines):
-        return {"error": np.nan, "error_imag": np.nan}
-    truth, modelled = bench.truth.at(lines), bench.modelled(surface, lines)
-    relative = np.abs(modelled) / np.abs(truth) - 1
-    return {
-        "error": float(np.sqrt(np.mean(relative**2))),
-        "error_imag": float(np.median(np.abs(modelled.imag / truth.imag - 1))),
+    result, has_truth = first.result, first.truth is not None
+    numbers = direction_numbers(first)
+    report = Report(
+        "Mounts from raw sensors",
+        f"How stiff are {', '.join(mount.name for mount in result.campaign.mounts)} in "
+        "operation, and how reliable is the answer?",
+    )
+    report.explain("dynamic stiffness")
+    report.inputs += inputs
+    report.warn(
+        "A high R² does not prove accuracy. It compares the surface with measured values, and a "
+        "measuring chain with an error of half a degree has this error in every run. The error "
+        "budget says how reliable a direction is.",
+        "The errors against the truth are those of the virtual test bench, whose noise and "
+        "alignment errors are stated, not those of a particular laboratory."
+        if has_truth
+        else "",
+        *result.alarms,
+    )
+    report.assume(*result.campaign.assumed)
+    report.summary |= _summary(first, numbers)
+    uncertainty = uncertainty_table(numbers)
+    maps = usable_maps(first)
+    stiffness = {
+        name: N_PER_MM * np.median(np.abs(operating_map.stiffness))
+        for name, operating_map in maps.items()
     }
-
-
-def _budget(bench: CharacterisedBench, name: str) -> dict[str, object]:
-    direction = bench.result.directions[name]
-    budget = direction.budget
-    if budget is None:
-        return {}
-    row: dict[str, object] = {
-        "identified": float(budget.identified),
-        "half_width": budget.half_width_95,
-        "half_width_imag": budget.imag_half_width_95,
-        "misfit": budget.misfit,
-        **{source.value: width for source, width in budget.sources.items()},
-    }
-    if bench.truth is not None:
-        row["coverage"] = _coverage(bench, bench.truth, name, budget)
-    return row
-
-
-def _coverage(
-    bench: CharacterisedBench, truth: SetTruth, name: str, budget: DirectionBudget
-) -> float:
-    r"""Share of the budget's lines whose true magnitude lies inside the stated band."""
-    measured = bench.result.directions[name].measured
-    usable = measured.select(~measured.near_floor)
-    points = usable.samples(bench.result.options.preload).points
-    scale = np.ptp(points, axis=0)
-    rows = cKDTree(points / scale).query(budget.points / scale)[1]
-    modelled = np.abs(bench.modelled(bench.surfaces[name], usable))
-    relative = (np.abs(truth.at(usable)) / modelled - 1)[rows]
-    return float(np.mean((budget.lower <= relative) & (relative <= budget.upper)))
-
-
-def percent(numbers: pd.DataFrame, column: str) -> pd.Series[float]:
-    """Return one column in percent, by direction; nan where not known."""
-    by = numbers.set_index("direction")
-    return 100.0 * by[column] if column in by else pd.Series(np.nan, index=by.index)
-
-
-def identified(numbers: pd.DataFrame) -> pd.Series[bool]:
-    """Whether the half width is narrow enough, and nothing contradicts it, by direction."""
-    by = numbers.set_index("direction")
-    return (by["identified"] if "identified" in by else pd.Series(0.0, index=by.index)) > 0.5
-
-
-THESIS_R2 = {
-    "EnM x": (99.978, 99.665, 99.975, 99.614),
-    "EnM y": (60.865, 69.366, 87.228, 68.713),
-    "EnM z": (99.249, 88.197, 99.518, 82.635),
-    "GeM x": (99.654, 99.441, 99.794, 99.612),
-    "GeM y": (92.474, 74.168, 92.146, 85.348),
-    "GeM z": (99.441, 98.691, 99.612, 98.726),
-    "TSM x": (99.976, 99.828, 99.975, 99.874),
-    "TSM y": (99.912, 97.146, 99.949, 94.955),
-    "TSM z": (99.969, 99.204, 99.976, 99.710),
-}
-"""Thesis, tables 6 to 8: R² of Re K, Im K, Re F, Im F [%]."""
-
-
-def r2_table(numbers: pd.DataFrame) -> pd.DataFrame:
-    """R² of the surfaces per direction and part, beside the thesis."""
-    rows = []
-    for place, (part, column) in enumerate((("real", "real"), ("imaginary", "imag"))):
-        stiffness, force, check, check_force = (
-            percent(numbers, f"{prefix}_{column}")
-            for prefix in ("r2", "r2_force", "check_r2", "check_r2_force")
+    uncertainty.insert(2, "median |K| [N/mm]", uncertainty["direction"].map(stiffness))
+    truth = truth_table(numbers) if has_truth else None
+    _headlines(report, uncertainty, truth)
+    _procedure(report, first)
+    _accuracy(report, numbers, uncertainty, truth)
+    if models is not None:
+        report.table(
+            "models",
+            models,
+            "Other models of the stiffness beside the surface, which is two cubics by least "
+            "squares: all fitted without the check runs and judged on those.",
+            {name: 2 for name in models.columns if name.endswith("[%]")},
         )
-        for name in stiffness.index:
-            thesis = THESIS_R2.get(name, (np.nan,) * 4)
-            rows.append(
-                {
-                    "direction": name,
-                    "part": part,
-                    "R² of stiffness [%]": stiffness[name],
-                    "thesis, stiffness [%]": thesis[place],
-                    "R² of force [%]": force[name],
-                    "thesis, force [%]": thesis[2 + place],
-                    "held-out R² of stiffness [%]": check[name],
-                    "held-out R² of force [%]": check_force[name],
-                }
-            )
-    order = {name: place for place, name in enumerate(numbers["direction"].drop_duplicates())}
-    return pd.DataFrame(rows).sort_values(
-        "direction", key=lambda names: names.map(order), kind="stable", ignore_index=True
+    labels = {n: n if n == "direction" else f"{n} [1]" for n in map(str, numbers)}
+    report.table("directions", numbers.rename(columns=labels))
+
+    few = {name: _thinned(operating_map) for name, operating_map in maps.items()}
+    report.section(
+        "Characteristic curves",
+        "The dynamic stiffness over the static force, as suppliers specify it, measured and by the "
+        "response surface.",
+    )
+    _static(report, first, few)
+    append_maps(report, first)
+    append_runs(report, first, numbers)
+    _transfer(report, first)
+    _motion(report, first)
+    append_sensors(report, first)
+    return report
+
+
+def _headlines(report: Report, uncertainty: pd.DataFrame, truth: pd.DataFrame | None) -> None:
+    """Show the stiffest directions, how many are identified, and how well."""
+    sure = uncertainty["identified"] == "identified"
+    names, others = uncertainty.loc[sure, "direction"], uncertainty.loc[~sure, "direction"]
+    for _, row in uncertainty[sure].nlargest(2, "median |K| [N/mm]").iterrows():
+        report.tile(
+            f"{row['direction']} {row['median |K| [N/mm]']:.0f} N/mm",
+            f"median |K| in operation, ±{row['95 % half width of |K| [%]']:.1f} % (95 %)",
+        )
+    rest = f"; not {', '.join(others)}" if len(others) else ""
+    report.tile(f"{len(names)} of {len(uncertainty)}", f"directions identified{rest}")
+    if truth is not None and len(names):
+        errors = truth.set_index("direction").loc[names, "error of |K| [%]"]
+        report.tile(f"{errors.median():.1f} %", "rms error of an identified direction, median")
+        report.tile(f"{errors.max():.1f} %", f"the largest of them, {errors.idxmax()}")
+
+
+def _procedure(report: Report, bench: CharacterisedBench) -> None:
+    """Say what was asked, and with which data."""
+    first = bench.result
+    gears = sorted({run.gear for run in first.runs})
+    report.section(
+        "What was asked, and with which data",
+        f"Mount set {first.mount_set} on {bench.title}: {len(first.runs)} runs with rising torque "
+        f"in the gears {', '.join(map(str, gears))}, engine order {first.campaign.order:g}. "
+        f"Preload variable: {first.options.preload.name.lower().replace('_', ' ')}.",
+        folded=True,
+    )
+    calibration = (
+        " Before that the measuring chain calibrates itself: sensors on a rigid body must "
+        "agree, and the forces of the mounts must be mass times acceleration."
+    )
+    report.text(
+        "Accelerometers give the motion of the rigid powertrain and with it of the virtual point "
+        "in each mount; cells below the mounts, calibrated by a shaker at the virtual point, give "
+        "its force. Force over displacement is the operating dynamic stiffness. Complete cubics "
+        "in preload, displacement amplitude and frequency, in pieces of the preload, are fitted "
+        "to real and imaginary part." + (calibration if first.options.self_calibration else "")
+    )
+    for direction in first.directions.values():
+        report.text(direction.complaint or "")
+
+
+def _accuracy(
+    report: Report,
+    numbers: pd.DataFrame,
+    uncertainty: pd.DataFrame,
+    truth: pd.DataFrame | None,
+) -> None:
+    """Say how far to believe the surfaces."""
+    shared = ""
+    if truth is not None:
+        shared = (
+            " All lines of one bench share its errors, so the band may contain all of them or "
+            "hardly any. Over many benches it should contain 95 %."
+        )
+    report.section(
+        "How far to believe it",
+        "Uncertainty from the measuring chain, error against the truth (if the truth is known), "
+        "and fit of the surface to the measured values.",
+    )
+    alone = [name for name in uncertainty.columns if name.endswith(ALONE)]
+    report.table(
+        "uncertainty",
+        uncertainty,
+        f"Half width of the 95 % band of the surface, median over its lines. Beyond "
+        f"{100 * IDENTIFIED:.0f} % a direction is not identified.{shared}",
+        shown=uncertainty.drop(columns=alone),
+    )
+    if truth is not None:
+        report.table(
+            "truth",
+            truth,
+            "Rms error of the surface against the truth. Held-out: a surface fitted without the "
+            "check runs, on those.",
+        )
+    r2 = r2_table(numbers)
+    report.table(
+        "r2",
+        r2,
+        "Coefficient of determination, beside tables 6 to 8 of the thesis. Held-out as above; a "
+        "dash: not known.",
+        {name: 2 for name in r2.columns if name.endswith("[%]")},
     )
 
 
-def truth_table(numbers: pd.DataFrame) -> pd.DataFrame:
-    """Error of the surfaces against the bench's truth: rms of |K|, median of Im K."""
-    columns = {
-        "error of |K| [%]": percent(numbers, "error"),
-        "error of Im K [%]": percent(numbers, "error_imag"),
-        "held-out error of |K| [%]": percent(numbers, "check_error"),
+def _transfer(report: Report, bench: CharacterisedBench) -> None:
+    """Show how the cells below the mounts are calibrated."""
+    report.section(
+        "Force transfer matrices",
+        "A shaker at the virtual point of each mount shows how the cells below measure a force at "
+        "that point. The force in operation is the inverse of this matrix times the force of the "
+        "cells.",
+        folded=True,
+    )
+    matrices = force_transfer_matrices(bench)
+    report.table(
+        "force_transfer",
+        force_transfer_table(list(matrices.values())),
+        "Mean over frequency and repeats. Deviations are relative to the matrix's column.",
+    )
+    if matrices:
+        report.figure(
+            "force_transfer",
+            partial(transfer_panels, list(matrices.values())),
+            "What the cells show of a force at the virtual point, over frequency: constant, so "
+            "that its mean stands for all lines (thesis, figure 18).",
+        )
+
+
+def _summary(bench: CharacterisedBench, numbers: pd.DataFrame) -> dict[str, float]:
+    """Gather the headline numbers; the study's docstring explains the keys."""
+    by_key = {
+        "r2_real": percent(numbers, "r2_real"),
+        "r2_imag": percent(numbers, "r2_imag"),
+        "r2_force_real": percent(numbers, "r2_force_real"),
+        "r2_force_imag": percent(numbers, "r2_force_imag"),
+        "r2_real_held_out": percent(numbers, "check_r2_real"),
+        "r2_imag_held_out": percent(numbers, "check_r2_imag"),
+        "truth_error_percent": percent(numbers, "error"),
+        "truth_error_percent_held_out": percent(numbers, "check_error"),
+        "half_width_95_percent": percent(numbers, "half_width"),
+        "coverage_95_percent": percent(numbers, "coverage"),
     }
-    return by_direction(columns)
+    summary: dict[str, float] = {}
+    for key, values in by_key.items():
+        for name, value in values.dropna().items():
+            summary[f"{key}_{str(name).replace(' ', '_')}"] = float(value)
+    summary["n_identified"] = int(identified(numbers).sum())
+    summary["seconds"] = round(bench.seconds, 3)
+    return summary
 
 
-def uncertainty_table(numbers: pd.DataFrame) -> pd.DataFrame:
-    """List what the error budget makes of every direction."""
-    columns = {
-        "95 % half width of |K| [%]": percent(numbers, "half_width"),
-        "95 % half width of Im K [%]": percent(numbers, "half_width_imag"),
-        "misfit of the surface [%]": percent(numbers, "misfit"),
-        "truth inside the band [%]": percent(numbers, "coverage"),
-    }
-    for source in ErrorSource:
-        columns[f"{source.value} alone [%]"] = percent(numbers, source.value)
-    table = by_direction(columns)
-    is_identified = identified(numbers).to_numpy()
-    table.insert(1, "identified", np.where(is_identified, "identified", "not identified"))
-    return table
+def _static(report: Report, bench: CharacterisedBench, maps: Mapping[str, OperatingMap]) -> None:
+    """Draw the stiffness over the static force: real parts of all mounts, then imaginary parts."""
+    for axis in AXES:
+        panels = []
+        for part, of in (("Re", np.real), ("Im", np.imag)):
+            for name, surface in bench.surfaces.items():
+                lines = maps[name]
+                if lines.axis != axis or not np.isfinite(lines.static_force).all():
+                    continue
+                preload = lines.preload(Preload.STATIC_FORCE)
+                points = {
+                    "measured": (preload, of(lines.stiffness) * N_PER_MM),
+                    "response surface": (preload, of(bench.modelled(surface, lines)) * N_PER_MM),
+                }
+                panels.append(CurvePanel(f"{part} K, {name}", preload, {}, points))
+        if panels:
+            report.figure(
+                f"static_{axis}",
+                partial(
+                    plot.curve_panels,
+                    panels,
+                    x_label="static force [N]",
+                    y_label="K [N/mm]",
+                    columns=len(panels) // 2,
+                ),
+                f"Axis {axis}. Real parts above, imaginary parts below, over the quasi-static "
+                "force of the cells. The scatter of both is the projection of amplitude and "
+                "frequency.",
+            )
 
 
-def by_direction(columns: dict[str, pd.Series[float]]) -> pd.DataFrame:
-    """Columns without a single known value are left out."""
-    table = pd.DataFrame(columns).rename_axis("direction").reset_index()
-    return table.dropna(axis="columns", how="all")
+def _motion(report: Report, bench: CharacterisedBench) -> None:
+    """Show how well the rigid body's motion fits its sensors."""
+    report.section(
+        "Motion of the powertrain",
+        f"Run {shown_run(bench).name}. The motion of the rigid body comes from all accelerometers "
+        "together; each of them can be computed from it again.",
+        folded=True,
+    )
+    report.table(
+        "quality",
+        quality_of_motion(bench),
+        "Checks whether the sensors agree, in the order in which a laboratory corrects errors: "
+        "the first check needs only the position sheet, the last leaves out one sensor at a time "
+        "and names the faulty sensor.",
+    )
 
 
-def force_transfer_matrices(bench: CharacterisedBench) -> dict[str, ForceTransferMatrix]:
-    """Return the 3×3 matrix of every mount (piece) that a shaker calibrated."""
-    runs = bench.result.campaign.shaker_runs
-    return {
-        point.name: force_transfer_matrix(runs, point.cells, point.mount, point.piece)
-        for point in _points(bench)
-        if point.calibrated
-    }
-
-
-def force_transfer_table(matrices: Sequence[ForceTransferMatrix]) -> pd.DataFrame:
-    """One row per mount: how constant its force transfer matrix is, and how well it inverts."""
-    rows = [
-        {
-            "mount": " ".join(filter(None, (transfer.mount, transfer.piece))),
-            "cells": len(transfer.cells),
-            "loads": len(transfer.matrix),
-            "repeats": min(transfer.repeats),
-            "condition number [1]": transfer.condition_number,
-            "residual [%]": 100 * transfer.residual,
-            "largest change over frequency [%]": 100 * float(transfer.frequency_dependence.max()),
-            "largest drift over repeats [%]": 100 * float(transfer.drift.max()),
-        }
-        for transfer in matrices
-    ]
-    columns = ["mount", "cells", "loads", "repeats", "condition number [1]", "residual [%]"]
-    columns += ["largest change over frequency [%]", "largest drift over repeats [%]"]
-    return pd.DataFrame(rows, columns=columns)
-
-
-def _points(bench: CharacterisedBench) -> list[MountPoint]:
-    return [point for chain in bench.result.chains for point in chain.alignment.body.points]
+def _thinned(measured: OperatingMap) -> OperatingMap:
+    return measured.select(slice(None, None, max(1, len(measured) // SHOWN_POINTS)))

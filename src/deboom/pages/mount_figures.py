@@ -18,15 +18,15 @@ from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.common import N_PER_MM
 from deboom.measurement.campaign import OperatingRun
 from deboom.measurement.force_transfer import ForceTransferMatrix
-from deboom.mounts.operating_map import OperatingMap, Preload
-from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.pages.mount_characterisation import (
+from deboom.mounts.characterised_bench import (
     THESIS_R2,
     CharacterisedBench,
     percent,
     shown_run,
     usable_maps,
 )
+from deboom.mounts.operating_map import OperatingMap, Preload
+from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot import CurvePanel, PointMap
 from deboom.plot.style import VEHICLE_PALETTE

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
+from enum import StrEnum
 from functools import partial
 
 import numpy as np
@@ -726,3 +727,45 @@ def aim_note(robust: Robust) -> str:
         f"The search minimised {listed(names)}; picks are those of these objectives. Tables "
         "and figures show mean and sigma, in which the front is not a front."
     )
+
+
+class Question(StrEnum):
+    """A further question to the model of the search."""
+
+    correlation = "correlation"
+    sensitivity = "sensitivity"
+    prescribed = "prescribed"
+
+
+SAME_DOE = ("doe", "n_designs", "n_failed")
+"""What the vehicles of a group would say of the DOE once more."""
+
+
+def report_answers(
+    report: Report, answers: Mapping[str, Report], questions: Collection[Question]
+) -> None:
+    """Add the answers to further questions to the page of a front.
+
+    - `answers`: report of each answer by its question, or by a longer name where one has several.
+    - `questions`: that were asked.
+    """
+    for name, part in answers.items():
+        _include(report, part, name)
+    if Question.correlation in questions and Question.correlation not in answers:
+        report.section(
+            "Correlation", "There is one vehicle only: nothing to correlate, and no DOE was run."
+        )
+
+
+def _include(report: Report, part: Report, name: str) -> None:
+    """Add the answer to a further question; its files and numbers begin with its name."""
+    names = {key: f"{name}_{key}" for key in (*part.tables, *part.pictures, *part.summary)}
+    answers = name in set(Question)
+    if not answers:
+        names |= dict.fromkeys(SAME_DOE, "")
+    # the first screen says which vehicles go together
+    folded = name == Question.correlation
+    title = name.replace("_", " ").capitalize()
+    report.include(part, title, names=names, leading=True, folded=folded)
+    if answers:
+        report.remarks.append(part.verdict)

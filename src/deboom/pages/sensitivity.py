@@ -26,6 +26,7 @@ from deboom.explore.sensitivity import (
     tolerance_inputs,
 )
 from deboom.explore.space import stiffness_factor_space
+from deboom.measurement.booming_peaks import booming_peaks
 from deboom.mounts.mount import Mount
 from deboom.pages.front import drawn_rows, left_out, report_cells
 from deboom.pages.front_answer import abbreviations, spelled_out
@@ -34,7 +35,6 @@ from deboom.plot import HeatMap, IntervalPanel, LineMap, heat_maps, interval_pan
 from deboom.plot.style import signed
 from deboom.report import Report, Scalar, Step, Table
 from deboom.vehicles.booming_model import BoomingModel
-from deboom.vehicles.booming_peaks import booming_peaks
 from deboom.vehicles.fleet import LOSS_SUFFIX
 from deboom.vehicles.platform import Platform
 

@@ -12,18 +12,18 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import RealArray
-from deboom.bench.truth import UnbalanceTruth
 from deboom.compressor.acceptance import DYNAMIC, STATIC, overall
+from deboom.compressor.measured_unbalance import MeasuredUnbalance, UnbalanceTruth
 from deboom.compressor.routes import OperatingMotion
 from deboom.compressor.sources import UnbalanceCurve, case_name
 from deboom.compressor.unbalance import RouteResult, SweepUnbalance
-from deboom.files.compressor_model import compressor_document
+from deboom.files.compressor_model import MODEL_FILE, compressor_document
 from deboom.pages.component_sheet import append_verdicts
-from deboom.pages.compressor_identification import alarms_in_words, in_words
-from deboom.pages.compressor_unbalance import MODEL_FILE, MeasuredUnbalance
+from deboom.pages.identification import alarms_in_words
 from deboom.plot import CurvePanel
 from deboom.plot.style import signed
 from deboom.report import Report, Step
+from deboom.report.tables import in_words
 
 TRUTH = "truth"
 FORCES = ("in y", "in z", "along x, gas alone")

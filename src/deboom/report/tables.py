@@ -8,7 +8,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeGuard
 
+import pandas as pd
+
 from deboom.errors import InputError
+
+if TYPE_CHECKING:
+    pass
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -109,3 +114,25 @@ def _number(value: float, decimals: int) -> str:
     if abs(value) >= _GROUPED_FROM:
         text = f"{abs(value):,.{decimals}f}".replace(",", "\u202f")
     return sign + text
+
+
+DIGITS = 4
+
+
+def in_words(table: pd.DataFrame) -> pd.DataFrame:
+    """Write numbers of different units in one column with equally many digits."""
+    words = table.copy()
+    for name in table.columns:
+        if table[name].dtype.kind == "f" and not str(name).endswith("]"):
+            digits = 2 if "deviation" in str(name) else DIGITS
+            words[name] = [_digits(float(value), digits) for value in table[name]]
+    return words
+
+
+def _digits(value: float, digits: int) -> str:
+    if not math.isfinite(value):
+        return "–"
+    if value == 0:
+        return "0"
+    decimals = max(digits - 1 - math.floor(math.log10(abs(value))), 0)
+    return f"{value:.{min(decimals, 6)}f}".replace("-", "−")

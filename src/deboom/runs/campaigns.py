@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,13 +11,18 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from deboom.bench.campaign import training_plan
+from deboom.bench.campaign import (
+    NO_ERRORS,
+    TRAINING_RUNS,
+    CampaignErrors,
+    CampaignPlan,
+    training_plan,
+)
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.families import draw_family
 from deboom.bench.fleet import load_fleet
 from deboom.bench.layout import LOAD_CASES
 from deboom.bench.powertrain import DRAWING, load_bench
-from deboom.bench.truth import read_vehicle_truth
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.common import Progress
 from deboom.errors import InputError
@@ -31,6 +37,7 @@ from deboom.files.campaign import (
 from deboom.files.library_export import write_library_json
 from deboom.files.run_folder import hash_files
 from deboom.files.schema import load_toml
+from deboom.files.truth import read_set_truth, read_vehicle_truth
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.noise_transfer import POINT_LOADS
@@ -47,6 +54,7 @@ from deboom.mounts.characterise import (
     characterise,
     measuring_chains,
 )
+from deboom.mounts.characterised_bench import CharacterisedBench
 from deboom.mounts.characterised_mount import CharacterisedMount, MapPoints
 from deboom.mounts.library import MountLibrary, open_library
 from deboom.vehicles.synthesis import DrivenVehicle, DrivenVehicles, VehicleTruth, bench_sets
@@ -346,3 +354,58 @@ def _truth(folder: Path, run: str) -> VehicleTruth | None:
         damping_ratio=body["damping_ratios"],
         shapes=np.hstack([at_interfaces.reshape(len(at_interfaces), -1), body["shapes_at_panels"]]),
     )
+
+
+STEPS_PER_BENCH = 2 + len(STEPS)
+"""Measuring, reading, and the steps of the characterisation."""
+
+
+def characterise_given(
+    folder: Path,
+    mount_set: str,
+    options: CharacteriseOptions,
+    progress: Progress,
+    title: str | None = None,
+) -> CharacterisedBench:
+    """Characterise one mount set of a campaign and find the truth, if there is any.
+
+    - `folder`: of the campaign.
+    - `mount_set`: parts on the bench.
+    - `options`: how.
+    - `title`, optional: of the bench; by default the name of the folder.
+    - raises InputError: a campaign that cannot be read or characterised.
+    """
+    title = title or Path(folder).name
+    progress(1, STEPS_PER_BENCH, f"{title}: reading")
+    campaign = read_campaign(folder, (mount_set,))
+
+    def step(done: int, _total: int, text: str) -> None:
+        progress(2 + done, STEPS_PER_BENCH, f"{title}: {text}")
+
+    begin = time.perf_counter()
+    result = characterise(campaign, mount_set, options, step)
+    seconds = time.perf_counter() - begin
+    return CharacterisedBench(title, result, read_set_truth(folder, mount_set), seconds)
+
+
+def characterise_virtual(
+    seed: int,
+    mount_set: str,
+    options: CharacteriseOptions,
+    progress: Progress,
+    *,
+    noise_free: bool = False,
+) -> CharacterisedBench:
+    """Measure the training runs on a virtual bench, characterise them, and keep no files.
+
+    - `noise_free`: without noise and with every sensor as stated: what is left is the error of the
+      method.
+    - raises InputError: a seed below 1, or an unknown mount set.
+    """
+    title = f"bench {seed}"
+    progress(0, STEPS_PER_BENCH, f"{title}: measuring")
+    plan = CampaignPlan((mount_set,), TRAINING_RUNS)
+    with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
+        folder = Path(temporary) / "campaign"
+        write_campaign(folder, seed, plan, NO_ERRORS if noise_free else CampaignErrors())
+        return characterise_given(folder, mount_set, options, progress, title)

@@ -23,9 +23,9 @@ from deboom.explore.space import DesignSpace
 from deboom.files.dakota import dakota_name, read_dakota, write_dakota
 from deboom.files.doe_table import DesignColumns, write_design_table
 from deboom.files.tables import read_columns
+from deboom.pages.limits import beyond_labels
 from deboom.runs.rebuilt import PLATFORM_FILE, compared_run
 from deboom.runs.runner import load_study
-from deboom.runs.search import beyond_labels
 from deboom.tabled import csv_text
 from deboom.vehicles.fleet_front import PeakRise
 from deboom.vehicles.level_objectives import LoudestLine

@@ -12,9 +12,11 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_type_hints
 
+import numpy as np
 from typer import Argument, CallbackParam, Option
 from typer.models import ArgumentInfo, OptionInfo
 
+from deboom.arrays import RealArray
 from deboom.choices import CalibrationLevel
 from deboom.common import option_name
 from deboom.errors import InputError, naming
@@ -34,6 +36,8 @@ from deboom.explore.scatter import (
     sobol_sample,
 )
 from deboom.explore.space import DesignSpace, Evaluate
+from deboom.files.made_parts import MadeParts, made_parts
+from deboom.vehicles.design_factor import factor_space
 from deboom.vehicles.level_objectives import PEAK, TAIL, level_objective, level_statistics
 
 
@@ -375,3 +379,58 @@ def tolerance_sample(
     - raises InputError: seed 0, or a number of draws that the sampler refuses.
     """
     return _MAKERS[sampler](n_variables, n_samples, seed=seed)
+
+
+@dataclass(frozen=True)
+class ScatterOptions:
+    """Options of a study: how parts scatter, and how many are drawn."""
+
+    samples: Annotated[int, Option(help="Number of draws per design, a power of two.")] = 128
+    tolerance: Tolerance = 0.15
+    bounds: Bounds = 0.20
+    parts: Annotated[
+        Path | None, Option(help="TOML file with part numbers, batches and scatter of parts.")
+    ] = None
+
+    def made(self, variables: Sequence[str]) -> MadeParts:
+        """Return the space of a study's factors, ``1 ± bounds``, with this scatter.
+
+        - `variables`: names of the factors; loss factors do not scatter.
+        - raises InputError: see `made_parts`.
+        """
+        return made_parts(self.parts, factor_space(variables, self.bounds, self.tolerance))
+
+
+def target_limits(
+    wanted: Sequence[str] | None, vehicles: Sequence[str], levels: RealArray
+) -> RealArray | None:
+    """Return the limit of each vehicle, shape (v,) [dB(A)], from its own level; None if none.
+
+    ``52.5`` is a limit for all, ``U06-1=52.5`` for one [dB(A)], ``+0.5`` above the own level [dB].
+
+    - raises InputError: an unknown vehicle, one without a limit or with two, or no number.
+    """
+    if not wanted:
+        return None
+    limits: dict[str, float] = {}
+    for text in wanted:
+        name, has_name, number = text.rpartition("=")
+        try:
+            value = float(number)
+        except ValueError:
+            value = np.nan
+        if not np.isfinite(value) or (has_name and name not in vehicles):
+            raise InputError(
+                f"limit '{text}': write a level in dB(A), +dB above the design's own, or "
+                f"vehicle=level with one of {', '.join(vehicles)}"
+            )
+        for vehicle, level in zip(vehicles, levels, strict=True):
+            if has_name and vehicle != name:
+                continue
+            if vehicle in limits:
+                raise InputError(f"limit '{text}': {vehicle} has one already, give it one")
+            limits[vehicle] = value + float(level) * number.startswith("+")
+    missing = [vehicle for vehicle in vehicles if vehicle not in limits]
+    if missing:
+        raise InputError(f"there is no limit of {', '.join(missing)}: give every vehicle one")
+    return np.array([limits[vehicle] for vehicle in vehicles])

@@ -10,14 +10,20 @@ import numpy as np
 from deboom.arrays import RealArray
 from deboom.common import choice
 from deboom.compressor.cabin_index import DATUM
+from deboom.compressor.mounted_fleet import (
+    CompressorFleet,
+    mount_space,
+    mounted_fleet,
+    travel_limit,
+)
 from deboom.errors import InputError
 from deboom.explore.robust import Robust
 from deboom.explore.search import RobustProblem
+from deboom.files.catalogue import platform_catalogue
 from deboom.measurement.electric_car import ElectricCar
 from deboom.mounts.surface_forces import Outside
-from deboom.runs.catalogue import catalogue_index, platform_catalogue
-from deboom.runs.compressor_fleet import CompressorFleet, mount_space, mounted_fleet, travel_limit
 from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.catalogue import catalogue_index
 from deboom.vehicles.platform import LoadCases, MountSource, Platform
 
 

@@ -41,7 +41,7 @@ from typer.core import TyperCommand
 from deboom.common import option_name, shipped_studies
 from deboom.errors import IncompleteReport, InputError
 from deboom.files.disk import read_text
-from deboom.files.former_studies import FORMER_STUDIES, MOVED
+from deboom.files.former_studies import FORMER_STUDIES, MOVED, moved_imports
 from deboom.files.front_run import SAME_RESULT
 from deboom.files.run_folder import (
     LOCK,
@@ -280,6 +280,10 @@ def _module(path: Path) -> ModuleType:
         del sys.modules[name]
         if shipped or isinstance(error, InputError):
             raise
+        if isinstance(error, ImportError) and (moved := moved_imports(read_text(path))):
+            raise InputError(
+                f"{path} imports names that have moved since it was written: {'; '.join(moved)}"
+            ) from error
         here = [
             f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)
         ]

@@ -9,11 +9,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from deboom.choices import Language, Pick
+from deboom.compressor.mounted_fleet import MountedFleet
 from deboom.errors import InputError
 from deboom.files.acceptance import Programme, read_programme, read_specification
-from deboom.files.front_run import ComparedRun
+from deboom.files.front_run import ComparedRun, MountedModel
 from deboom.files.run_folder import RunEntry, check_files, read_run
-from deboom.runs.compressor_fleet import MountedFleet
 from deboom.runs.rebuilt import compared_run, study_of, supplier_study_of
 from deboom.runs.runner import arguments_of
 from deboom.supplier.compressor_sheet import CompressorParts, CompressorSheet
@@ -104,9 +104,8 @@ def supplier_sheets(
     if is_sensitivity(entry):
         return _importance(entry, order, out, studies)
     run = compared_run(folder, studies)
-    mounted = getattr(run.prepared, "mounted", None)
-    if isinstance(mounted, MountedFleet):
-        sheets = _compressor_sheets(run, mounted, order)
+    if isinstance(run.prepared, MountedModel):
+        sheets = _compressor_sheets(run, run.prepared.mounted, order)
     else:
         sheets = _mount_sheets(run, order)
     contents, missing = dict[str, bytes](), dict[str, None]()

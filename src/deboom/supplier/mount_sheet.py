@@ -17,9 +17,10 @@ from deboom.files.acceptance import (
     SupplierSpecification,
     box_document,
 )
-from deboom.files.front_run import Direction, SupplierStudy, design_name
+from deboom.files.front_run import design_name
 from deboom.mounts.mount import Mount
 from deboom.pages.motion import factor_name
+from deboom.pages.supplier_study import Direction, SupplierStudy
 from deboom.plot.style import INK, MUTED, mount_colours
 from deboom.supplier.numbers import ALL, MachineState, SupplierEffects, machine_states
 from deboom.supplier.sheet import (

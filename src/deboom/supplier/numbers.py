@@ -21,7 +21,6 @@ from deboom.explore.sensitivity import (
     sobol_designs,
 )
 from deboom.files.acceptance import PROGRAMME_FILE, Programme, ProgrammeMount
-from deboom.files.front_run import Direction, SupplierStudy
 from deboom.files.uncertain_index import UncertainIndex, uncertain_index
 from deboom.measurement.channels import LoadCase
 from deboom.measurement.uncertainty import COVERAGE, Interval, pivotal_interval
@@ -30,6 +29,7 @@ from deboom.mounts.mount import Mount
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 from deboom.pages.motion import factor_name
 from deboom.pages.sensitivity import TENTH
+from deboom.pages.supplier_study import Direction, SupplierStudy
 from deboom.vehicles.booming_model import Motion, model_of_other_data
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.expected_change import ExpectedChange, expected_or_why

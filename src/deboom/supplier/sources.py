@@ -23,11 +23,12 @@ from deboom.files.acceptance import (
     read_solution_box,
     read_specification,
 )
-from deboom.files.front_run import SupplierStudy, design_name
+from deboom.files.front_run import design_name
 from deboom.files.platform import platform_sha256
 from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
 from deboom.files.tables import read_frame
 from deboom.pages.motion import factor_name
+from deboom.pages.supplier_study import SupplierStudy
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.free_directions import Need
 from deboom.vehicles.platform import Platform

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from deboom.arrays import ComplexArray, RealArray, short_repr
 from deboom.errors import InputError
 from deboom.explore.space import DesignSpace, checked_designs, stiffness_factor_space
-from deboom.measurement.channels import LoadCase
+from deboom.measurement.channels import Band, LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
 from deboom.mounts.surface_forces import identified_surfaces
@@ -20,7 +20,7 @@ from deboom.physics import sound_level, transfer_path
 from deboom.vehicles.amplitude_motion import AmplitudeMotion, amplitude_motion, solve_along_lines
 from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.design_factor import Factor
-from deboom.vehicles.fleet import Band, Fleet, PathContributions, path_contributions
+from deboom.vehicles.fleet import Fleet, PathContributions, path_contributions
 from deboom.vehicles.kernels import Case, LevelSum, PullBack, level_sum
 from deboom.vehicles.path_analysis import PathAnalysis
 from deboom.vehicles.powertrain import KinematicModel, Powertrain

@@ -13,19 +13,11 @@ from scipy.linalg import block_diag
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.common import AXES
 from deboom.errors import InputError
-from deboom.measurement.channels import LoadCase, refuse_doubled
+from deboom.measurement.channels import Band, LoadCase, lines_inside, refuse_doubled
 from deboom.mounts.mount import Mount, in_mount_axes
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.physics.rigid_body import LARGEST_RESIDUAL, forward_matrices, not_rigid
-from deboom.vehicles.fleet import (
-    Band,
-    Fleet,
-    lines_inside,
-    path_transfer,
-    paths_into,
-    spring_transfer,
-    with_loss_names,
-)
+from deboom.vehicles.fleet import Fleet, path_transfer, paths_into, spring_transfer, with_loss_names
 from deboom.vehicles.powertrain import Powertrain, mount_forward
 
 BLOCK = 16

@@ -12,12 +12,10 @@ from threadpoolctl import ThreadpoolController
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked, short_repr
 from deboom.common import AXES
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_doubled
+from deboom.measurement.channels import Band, Frf, LoadCase, Spectrum, lines_inside, refuse_doubled
 from deboom.mounts.mount import Mount, in_mount_axes, in_vehicle_axes
 from deboom.physics import transfer_path
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
-
-Band = tuple[float, float]
 
 LOSS_SUFFIX = " loss"
 """What the name of a loss factor adds to that of its stiffness factor."""
@@ -501,17 +499,6 @@ def path_transfer(
             )
         ear[:] = transfer.values[lines, 0, :]
     return values
-
-
-def lines_inside(frequency: RealArray, band: Band, whose: str) -> BoolArray:
-    """Say which lines lie in a band, edges included; refuse a band without any, by name."""
-    inside = (frequency >= band[0]) & (frequency <= band[1])
-    if not inside.any():
-        raise InputError(
-            f"{whose}: no line between {band[0]:g} and {band[1]:g} Hz: give a band inside the "
-            f"measured {frequency[0]:g} to {frequency[-1]:g} Hz, lower edge first"
-        )
-    return inside
 
 
 def with_loss_names(names: Sequence[str]) -> tuple[str, ...]:

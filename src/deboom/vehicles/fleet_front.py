@@ -14,8 +14,8 @@ from deboom.arrays import RealArray, checked
 from deboom.explore.doe import sobol_designs
 from deboom.explore.result import Front
 from deboom.explore.space import DesignSpace, Evaluate
+from deboom.measurement.booming_peaks import PeakChange, compare_peaks
 from deboom.physics.sound_level import hearing_threshold
-from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
 
 PEAK_COLUMNS = (
     "vehicle",

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from deboom.arrays import BoolArray, RealArray, checked_array
 from deboom.errors import InputError
 from deboom.explore.space import DesignSpace, checked_designs
+from deboom.measurement.booming_peaks import compare_peaks
 from deboom.vehicles.booming_model import BoomingModel
-from deboom.vehicles.booming_peaks import compare_peaks
 
 NOTICEABLE = 0.1
 """Change of the mean level of the lines, or of a booming peak, that counts as noticeable [dB]."""

@@ -22,7 +22,7 @@ from deboom.arrays import ComplexArray, IntArray, RealArray
 from deboom.common import AXES, N_PER_MM
 from deboom.errors import InputError
 from deboom.explore.space import checked_designs
-from deboom.measurement.channels import LoadCase
+from deboom.measurement.channels import Band, LoadCase, lines_inside
 from deboom.mounts.mount import Mount, in_mount_axes
 from deboom.physics import rigid_body, sound_level
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
@@ -30,7 +30,7 @@ from deboom.vehicles.amplitude_motion import AmplitudeMotion
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.design_factor import Factor
-from deboom.vehicles.fleet import Band, PathContributions, lines_inside
+from deboom.vehicles.fleet import PathContributions
 from deboom.vehicles.kernels import PullBack
 from deboom.vehicles.platform import MissingLibrary, Runs
 from deboom.vehicles.powertrain import KinematicModel, Powertrain, mount_forward

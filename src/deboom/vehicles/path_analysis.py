@@ -9,10 +9,9 @@ import pandas as pd
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, Spectrum, refuse_doubled
+from deboom.measurement.channels import Band, Frf, Spectrum, lines_inside, refuse_doubled
 from deboom.physics import sound_level, transfer_path
 from deboom.tabled import Tabled
-from deboom.vehicles.fleet import Band, lines_inside
 
 
 @checked(frequency="f", contributions="f p")

@@ -15,7 +15,7 @@ import numpy as np
 from deboom.arrays import RealArray, short_repr
 from deboom.common import choice, word_of
 from deboom.errors import DataWarning, Finding, InputError
-from deboom.measurement.channels import LoadCase
+from deboom.measurement.channels import Band, LoadCase
 from deboom.mounts.characterised_mount import (
     ASSUMED,
     CharacterisedDirection,
@@ -31,7 +31,7 @@ from deboom.mounts.surface_forces import Outside, surface_forces
 from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
 from deboom.vehicles.coupled_motion import coupled_motion, refuse_reversed_channel
 from deboom.vehicles.design_factor import Factor
-from deboom.vehicles.fleet import Band, Fleet
+from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.plausibility import platform_findings
 from deboom.vehicles.powertrain import KinematicModel, Powertrain, library_model
 from deboom.vehicles.surface_check import SurfaceCheck, surface_check

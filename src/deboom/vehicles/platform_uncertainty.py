@@ -9,13 +9,12 @@ import numpy as np
 
 from deboom.common import AXES
 from deboom.errors import InputError
-from deboom.measurement.channels import LoadCase
+from deboom.measurement.channels import Band, LoadCase, lines_inside
 from deboom.measurement.sensors import Tolerances
 from deboom.measurement.uncertainty import MethodDifference
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.error_budget import TWO_SIDED
 from deboom.mounts.mount import Mount
-from deboom.vehicles.fleet import Band, lines_inside
 from deboom.vehicles.uncertain_data import (
     BUDGET,
     SHAKER,

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from deboom.measurement.channels import LoadCase
+from deboom.measurement.booming_peaks import compare_peaks
+from deboom.measurement.channels import Band, LoadCase
 from deboom.mounts.mount import Mount
 from deboom.mounts.surface_forces import SurfaceForces
 from deboom.physics.frf import corr_f
 from deboom.physics.sound_level import spl
-from deboom.vehicles.booming_peaks import compare_peaks
-from deboom.vehicles.fleet import Band, Fleet, path_contributions
+from deboom.vehicles.fleet import Fleet, path_contributions
 
 PEAK_AGREEMENT = 0.3
 """Surfaces and spectra agree if no booming peak differs by more [dB]."""

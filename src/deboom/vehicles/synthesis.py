@@ -24,8 +24,9 @@ from scipy.optimize import least_squares
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.body_modes import BodyModes, body_modes
+from deboom.measurement.booming_peaks import BoomingPeak, PressureComparison, compare_pressure
 from deboom.measurement.campaign import Campaign, OperatingRun
-from deboom.measurement.channels import Frf, LoadCase, Spectrum
+from deboom.measurement.channels import Band, Frf, LoadCase, Spectrum
 from deboom.measurement.measured_vehicle import (
     MeasuredVehicle,
     Method,
@@ -44,9 +45,8 @@ from deboom.mounts.mount import Mount
 from deboom.mounts.operating_map import bench_load_case
 from deboom.mounts.surface_forces import Outside, SurfaceForces, identified_surfaces, surface_forces
 from deboom.vehicles.amplitude_motion import ResolvedDesign, resolve_design
-from deboom.vehicles.booming_peaks import BoomingPeak, PressureComparison, compare_pressure
 from deboom.vehicles.coupled_motion import CoupledMotion, coupled_motion, spring_shares
-from deboom.vehicles.fleet import Band, Fleet, Vehicle
+from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.path_analysis import PathAnalysis, analyse_paths
 from deboom.vehicles.powertrain import Powertrain
 

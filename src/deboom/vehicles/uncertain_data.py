@@ -21,9 +21,9 @@ import numpy as np
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.common import AXES
 from deboom.errors import InputError
-from deboom.measurement.channels import LoadCase, Spectrum
+from deboom.measurement.channels import Band, LoadCase, Spectrum, lines_inside
 from deboom.measurement.uncertainty import complex_normals, local_magnitude
-from deboom.vehicles.fleet import Band, Fleet, lines_inside
+from deboom.vehicles.fleet import Fleet
 
 NEPER_PER_DB = np.log(10.0) / 20.0
 LOSS_FACTOR = 0.2

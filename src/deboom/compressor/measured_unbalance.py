@@ -2,60 +2,29 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
-from deboom.bench.truth import UnbalanceTruth, read_unbalance_truth
-from deboom.choices import FolderKind
-from deboom.compressor.acceptance import ComponentLimits, ComponentVerdict, component_verdicts
+from deboom.arrays import ComplexArray, RealArray
+from deboom.compressor.acceptance import ComponentLimits, ComponentVerdict
 from deboom.compressor.hose_presence import HoseReaction, hose_reactions
-from deboom.compressor.identification import Identification, IdentifyOptions
-from deboom.compressor.identify import identify
+from deboom.compressor.identification import Identification
 from deboom.compressor.unbalance import (
     RouteResult,
     Unbalance,
-    UnbalanceOptions,
     unbalance,
 )
 from deboom.errors import InputError
-from deboom.files.compressor_model import read_fitted_bands
-from deboom.files.folders import refuse_other_kind
-from deboom.files.operating_test import read_operating_test
-from deboom.files.run_folder import hash_files
 from deboom.measurement.compressor_test import HoseState, OperatingTest
 
-MODEL_FILE = "compressor_model"
-"""Stem of the file of an identified compressor in a run."""
-STEPS = 12
-"""Of `measured_unbalance`, for progress."""
+if TYPE_CHECKING:
+    pass
 AUTOMATIC = "auto"
 """Route d, or e where the mounts have changed, no hose is seen and the hammer test has no alarm."""
-
-
-@dataclass(frozen=True)
-class UnbalancePlan:
-    """What is asked of an operating test.
-
-    - `route`: letter of the route whose results are headline and verdict, or `AUTOMATIC`.
-    - `identify`: of the hammer test.
-    - `unbalance`: of the sweeps.
-    - `limits`: to be judged; None where there are none.
-    - `identified` or None: run of ``deboom identify``, or its compressor_model.json: its lines are
-      fitted again, and the hammer test must be the one that it was made from.
-    - `truth`: compare with the truth of a virtual test.
-    """
-
-    route: str = AUTOMATIC
-    identify: IdentifyOptions = field(default_factory=IdentifyOptions)
-    unbalance: UnbalanceOptions = field(default_factory=UnbalanceOptions)
-    limits: ComponentLimits | None = None
-    identified: Path | None = None
-    truth: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,57 +78,6 @@ class MeasuredUnbalance:
         return (*self.test.input_files, *more)
 
 
-def measured_unbalance(
-    folder: Path, plan: UnbalancePlan, step: Callable[[str], None]
-) -> MeasuredUnbalance:
-    """Evaluate the operating test of a folder.
-
-    - `folder`: holds ``operation.toml``.
-    - raises InputError: a test that cannot be read, identified or evaluated, a route that was not
-      computed, `plan.identified` of another hammer test.
-    """
-    begin = time.perf_counter()
-    with threadpool_limits(1):  # its matrices are too small to share
-        step("reading")
-        if not folder.is_dir():
-            raise InputError(
-                f"{folder}: there is no such folder; `deboom bench operation {folder}` writes a "
-                "virtual test"
-            )
-        refuse_other_kind(folder, FolderKind.operation)
-        test = read_operating_test(folder)
-        truth = read_unbalance_truth(folder) if plan.truth else None
-        hashes = hash_files(test.hammer.input_files, folder)
-        options = _identify_options(plan, hashes)
-        hammer = identify(test.hammer, options, step, hoses=test.hoses)
-        evaluation = with_route(unbalance(test, hammer, plan.unbalance, step), plan.route)
-        step("hoses")
-        with_hoses = _with_hoses(test, hammer, evaluation)
-        reactions = _reactions(evaluation, with_hoses)
-        verdicts: tuple[ComponentVerdict, ...] = ()
-        if plan.limits is not None:
-            verdicts = component_verdicts(evaluation, plan.limits)
-    seconds = time.perf_counter() - begin
-    return MeasuredUnbalance(
-        evaluation, hashes, with_hoses, reactions, plan.limits, verdicts, truth, seconds
-    )
-
-
-def _identify_options(plan: UnbalancePlan, hashes: Mapping[str, str]) -> IdentifyOptions:
-    """Take over the lines of an earlier identification of the same hammer test."""
-    if plan.identified is None:
-        return plan.identify
-    path = plan.identified
-    path = path / f"{MODEL_FILE}.json" if path.is_dir() else path
-    bands, earlier = read_fitted_bands(path)
-    if sorted(earlier.values()) != sorted(hashes.values()):
-        raise InputError(
-            f"{path} was identified from another hammer test than that of these sweeps: identify "
-            "the test in their folder, or leave out --identified"
-        )
-    return replace(plan.identify, bands=bands)
-
-
 def with_route(evaluation: Unbalance, wanted: str) -> Unbalance:
     """Choose the route that counts: a letter, or `AUTOMATIC`.
 
@@ -178,7 +96,7 @@ def with_route(evaluation: Unbalance, wanted: str) -> Unbalance:
     return replace(evaluation, options=replace(evaluation.options, chosen=route))
 
 
-def _with_hoses(
+def sweeps_with_hoses(
     test: OperatingTest, hammer: Identification, evaluation: Unbalance
 ) -> RouteResult | None:
     """Evaluate the sweeps with the hoses of the vehicle by the chosen route."""
@@ -190,7 +108,9 @@ def _with_hoses(
     return unbalance(test, hammer, options).chosen
 
 
-def _reactions(evaluation: Unbalance, with_hoses: RouteResult | None) -> tuple[HoseReaction, ...]:
+def reactions_of_hoses(
+    evaluation: Unbalance, with_hoses: RouteResult | None
+) -> tuple[HoseReaction, ...]:
     """Look for the reaction of the hoses where a pressure was run with both kinds."""
     if with_hoses is None:
         return ()
@@ -205,3 +125,47 @@ def _reactions(evaluation: Unbalance, with_hoses: RouteResult | None) -> tuple[H
         change=lambda lines: np.asarray(np.interp(lines, state.frequency, state.curve)),
         sense=evaluation.sense.sense,
     )
+
+
+SAME_LINE = 1e-6
+"""Largest relative distance of a line of a sweep from one of the truth [1]."""
+
+
+class SweepLines(Protocol):
+    """Lines of a sweep: its name `sweep` and their `frequency` [Hz], (n,)."""
+
+    @property
+    def sweep(self) -> str:
+        """Name of the sweep."""
+
+    @property
+    def frequency(self) -> RealArray:
+        """Frequency of each line [Hz]."""
+
+
+@dataclass(frozen=True, eq=False)
+class UnbalanceTruth:
+    """What truly turns and pushes.
+
+    - `path`: where it was read.
+    - `static`, `dynamic`: of all sources together [kg m, kg m²].
+    - `loads` (n_frequency, 6): sweep → load at the virtual point at its lines, gas included [N, N
+      m]; sweeps over time have none.
+    - `lines` (n_frequency,): sweep → its lines [Hz].
+    """
+
+    path: Path
+    static: complex
+    dynamic: complex
+    loads: Mapping[str, ComplexArray]
+    lines: Mapping[str, RealArray]
+
+    def load_of(self, sweep: SweepLines) -> ComplexArray | None:
+        """Return the load at the lines of a sweep (n_frequency, 6) [N, N m]; None where unknown."""
+        if sweep.sweep not in self.loads:
+            return None
+        lines = self.lines[sweep.sweep]
+        places = np.argmin(np.abs(lines[:, np.newaxis] - sweep.frequency), axis=0)
+        if not np.allclose(lines[places], sweep.frequency, rtol=SAME_LINE, atol=0.0):
+            return None  # nothing is interpolated
+        return np.asarray(self.loads[sweep.sweep][places])

@@ -12,15 +12,10 @@ import numpy as np
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.space import DesignSpace, stiffness_factor_space
-from deboom.files.library_export import library_parts, read_library_json
-from deboom.files.platform import CATALOGUE_FILE
-from deboom.files.uncertain_index import REPETITIONS, uncertain_index
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.surface_forces import Outside, as_mounted, surface_forces
+from deboom.mounts.surface_forces import Outside, surface_forces
 from deboom.vehicles.booming_model import CatalogueModel, Motion
-from deboom.vehicles.expected_change import ExpectedChange, expected_change
-from deboom.vehicles.platform import LIBRARY_FILE, Platform, Runs
-from deboom.vehicles.uncertain_data import BUDGET, SHAKER
+from deboom.vehicles.platform import Runs
 
 TODAY = "today's"
 
@@ -80,51 +75,6 @@ class Catalogue:
         )
 
 
-def platform_catalogue(
-    platform: Platform, path: Path | None, mounts: Sequence[str] | None = None
-) -> Catalogue:
-    """Read the parts that may stand at a platform's mounts.
-
-    - `platform`: its mount library has today's parts.
-    - `path`: library with further parts, exported as JSON or a database; None: `CATALOGUE_FILE`.
-    - `mounts`, optional: mounts whose part may change; all by default.
-    - raises InputError: no catalogue, an unknown mount, a part with other pieces than today's,
-      parts that share a name, or no further part at all.
-    """
-    library = platform.folder / LIBRARY_FILE
-    further = path or platform.folder / CATALOGUE_FILE
-    if not further.exists():
-        raise InputError(
-            f"{further}: there is no catalogue of further parts: export a mount library there "
-            "(deboom library export), or name one with --catalogue"
-        )
-    # parts stand in the vehicle as its mounts do, however they stood on the bench
-    mounted = as_mounted(read_library_json(library)[1], platform.mounts)
-    today = {part.mount.name: part for part in mounted}
-    names = [mount.name for mount in platform.mounts]
-    unknown = [name for name in (mounts or ()) if name not in names]
-    if unknown or not set(names) <= set(today):
-        raise InputError(
-            f"{platform.name}: no mount {unknown or sorted(set(names) - set(today))} with a "
-            f"characterised part: the mounts are {names}"
-        )
-    parts: dict[str, tuple[CharacterisedMount, ...]] = {name: (today[name],) for name in names}
-    for part in as_mounted(library_parts(further), platform.mounts):
-        name = part.mount.name
-        if name in (mounts or names) and name in parts and part.identity != today[name].identity:
-            if part.mount.pieces != today[name].mount.pieces:
-                raise InputError(f"{further}: {part.identity} has other pieces than today's part")
-            parts[name] = (*parts[name], part)
-    catalogue = Catalogue(parts, (library, further))
-    for name, count in zip(names, catalogue.n_parts, strict=True):
-        labels = [catalogue.label(name, number) for number in range(count)]
-        if len(set(labels)) < count:
-            raise InputError(f"{further}: parts of {name} share a name: {labels}; number them")
-    if catalogue.n_sets == 1:
-        raise InputError(f"{further}: there is no further part for any of {mounts or names}")
-    return catalogue
-
-
 def catalogue_index(
     runs: Runs, catalogue: Catalogue, motion: Motion, outside: Outside
 ) -> CatalogueModel:
@@ -137,11 +87,11 @@ def catalogue_index(
             "parts of a catalogue cannot be combined under amplitude motion: use one of "
             f"{[Motion.prescribed.value, Motion.coupled.value]}"
         )
-    levels = tuple(each.model(motion) for each in _runs_of_parts(runs, catalogue, outside))
+    levels = tuple(each.model(motion) for each in runs_of_parts(runs, catalogue, outside))
     return CatalogueModel(runs.platform.mounts, levels, catalogue.n_parts)
 
 
-def _runs_of_parts(runs: Runs, catalogue: Catalogue, outside: Outside) -> list[Runs]:
+def runs_of_parts(runs: Runs, catalogue: Catalogue, outside: Outside) -> list[Runs]:
     """Return the runs with the forces of each part number, today's first.
 
     A mount with fewer parts repeats its last one.
@@ -157,41 +107,6 @@ def _runs_of_parts(runs: Runs, catalogue: Catalogue, outside: Outside) -> list[R
         platform = replace(runs.platform, load_cases=load_cases)
         every.append(replace(runs, platform=platform, cases=cases, parts=parts))
     return every
-
-
-def expected_of_sets(
-    index: CatalogueModel,
-    runs: Runs,
-    catalogue: Catalogue,
-    outside: Outside,
-    designs: RealArray,
-    *,
-    weights: RealArray | None,
-    seed: int,
-) -> ExpectedChange:
-    """State the expected change by sets of parts, re-tuned, against today's.
-
-    - `index`: of the catalogue, see `catalogue_index`.
-    - `designs` (n, n_mount + k): part numbers, then stiffness factors [1].
-    - `weights`, `seed`: as of `deboom.vehicles.expected_change.expected_change`.
-    - raises InputError: see there.
-    """
-    every = []
-    for number, each in enumerate(_runs_of_parts(runs, catalogue, outside)):
-        uncertain = uncertain_index(index.models[number], each.platform, each.parts)
-        # each part was set up on its own to be characterised; motion and cabin were measured once
-        sources = tuple(
-            replace(source, name=f"{source.name}, part {number}")
-            if number and source.name in (SHAKER, BUDGET)
-            else source
-            for source in uncertain.data.sources
-        )
-        data = replace(uncertain.data, sources=sources)
-        every.append(replace(uncertain, data=data).on_bodies_at_rest.draws(REPETITIONS, seed))
-    again = [replace(index, models=models) for models in zip(*every, strict=True)]
-    return expected_change(
-        index, again, runs.fleet, index.mounts, designs, weights=weights, seed=seed
-    )
 
 
 def ordered_stiffness(

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from deboom.runs import compressor_fleet
-from deboom.runs.compressor_fleet import MountedFleet
+from deboom.compressor import mounted_fleet
+from deboom.compressor.mounted_fleet import MountedFleet
 
 
 def test_the_deviation_of_a_stiffness_is_that_of_gain_and_shares(monkeypatch):
@@ -16,7 +16,7 @@ def test_the_deviation_of_a_stiffness_is_that_of_gain_and_shares(monkeypatch):
         assert quantity(calibrated.model) == [2.0]
         return np.array([[0.06**2]])
 
-    monkeypatch.setattr(compressor_fleet, "propagated", propagated)
+    monkeypatch.setattr(mounted_fleet, "propagated", propagated)
     gain = SimpleNamespace(at=lambda lines: np.full(len(lines), 2.0j))
     calibrated = SimpleNamespace(model=SimpleNamespace(gain=gain))
     fleet = SimpleNamespace(

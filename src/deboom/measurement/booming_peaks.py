@@ -11,10 +11,10 @@ from scipy.signal import find_peaks
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
+from deboom.measurement.channels import Band, lines_inside
 from deboom.physics.frf import corr_f, corr_s
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import spl
-from deboom.vehicles.fleet import Band, lines_inside
 
 PROMINENCE = 6.0
 """How far a peak rises above the higher of the two valleys beside it, at least [dB]."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.vehicles import booming_peaks
+from deboom.measurement import booming_peaks
 
 LINES = np.arange(20.0, 61.0)
 

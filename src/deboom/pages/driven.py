@@ -1,0 +1,141 @@
+"""The page on a prototype that was driven, against what was predicted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from deboom.arrays import RealArray
+from deboom.files.front_run import design_name
+from deboom.measurement.booming_peaks import TOLERANCE
+from deboom.pages.front_answer import (
+    expected_numbers,
+    expected_on_average,
+    expected_sentence,
+)
+from deboom.pages.supplier_study import SupplierStudy
+from deboom.plot.style import signed
+from deboom.report import Report, Step, Table
+from deboom.vehicles.expected_change import ExpectedChange
+
+DRAWS = 64
+"""Repeated measurements that the uncertainty of the prediction is drawn from."""
+STATES = ("today", "new")
+AS_PREDICTED, OTHERWISE, OPEN = "as predicted", "not as predicted", "not decided"
+AS_EXPECTED, NOT_AS_EXPECTED = "as expected", "not as expected"
+
+
+@dataclass(frozen=True, eq=False)
+class Drives:
+    """The front study of the run, and levels of every drive by state, (n_drive, v, f) [dB(A)]."""
+
+    study: SupplierStudy
+    measured: dict[str, RealArray]
+
+
+def driven_report(
+    drives: Drives,
+    expected: ExpectedChange | str,
+    *,
+    vehicles: pd.DataFrame,
+    peaks: pd.DataFrame,
+    question: str,
+    run: Path,
+    folder: Path,
+) -> Report:
+    """Report whether the prototype did what was expected.
+
+    - `expected`: change of the design, or why none is stated.
+    - `vehicles`: change of each vehicle with its verdict; `peaks`: of each booming peak.
+    - `question`: of the study.
+    - `run`: folder of the run that predicted; `folder`: of what was measured.
+    """
+    kept, undecided = (int((peaks["verdict"] == word).sum()) for word in (AS_PREDICTED, OPEN))
+    means = [float(peaks[f"{what} change [dB]"].mean()) for what in ("measured", "predicted")]
+    changes = [float(vehicles[f"{what} [dB]"].mean()) for what in ("measured change", "model")]
+    counts = [len(drives.measured[state]) for state in STATES]
+    driven = (
+        f"{counts[0]} drives with today's parts, {counts[1]} with {design_name(drives.study.pick)}"
+    )
+    report = Report("The prototype, driven", question)
+    average = (
+        f"{signed(means[0], 1)} dB",
+        f"measured on average, {signed(means[1], 1)} in the model",
+    )
+    count = f"{kept} of {len(peaks)}"
+    if undecided:
+        report.warn("One drive each: the uncertainty of the measured change is not known.")
+        report.tile("not decided", "one drive of each state does not say how far drives differ")
+        decided = "Not decided whether"
+        sure = (
+            "One drive of each state does not say how far drives differ: drive each twice or more."
+        )
+    else:
+        report.tile(count, "booming peaks changed as predicted")
+        decided = count
+        sure = (
+            "Peaks: both half widths hold 95 %; a difference within both is as predicted by the "
+            "model."
+        )
+    of_vehicles = ""
+    if not isinstance(expected, str):
+        verdicts = vehicles["verdict"]
+        as_expected = int((verdicts == AS_EXPECTED).sum())
+        how_many = decided if undecided else f"{as_expected} of {len(vehicles)}"
+        of_vehicles = (
+            f"{how_many} vehicles changed as expected: {signed(changes[0], 1)} dB measured on "
+            f"average, {expected_on_average(expected, changes[1])}. "
+        )
+        report.summary["n_as_expected"] = as_expected
+    report.assume(*drives.study.run.assumed)
+    report.tile(*average)
+    report.answer(
+        f"{of_vehicles}{decided} booming peaks changed as predicted: {' '.join(average)}.",
+        expected_sentence(expected, changes[1]),
+        sure,
+        f"{driven}.",
+    )
+    _panels(report, vehicles, peaks, run=run, folder=folder)
+    report.section(
+        "Measured and predicted change",
+        f"{driven}; highest level within {TOLERANCE:g} Hz of each measured peak. Both half widths "
+        f"are for 95 %: of the drives by Student's t, of the prediction over {DRAWS} repeats of "
+        "its measurements. A difference within both together is as predicted. Differences between "
+        "prototype and drawing appear here as well: characterise the parts that were driven.",
+    )
+    report.table("driven", peaks, "Every booming peak with today's parts.")
+    report.table("vehicles", vehicles)
+    report.summary |= {"n_peaks": len(peaks), "n_as_predicted": kept, "n_not_decided": undecided}
+    report.summary |= {"measured_change_db": means[0], "predicted_change_db": means[1]}
+    report.summary["measured_mean_change_db"] = changes[0]
+    report.summary |= expected_numbers(expected, drives.study.vehicles)
+    report.inputs += sorted(path for path in folder.iterdir() if path.is_file())
+    return report
+
+
+def _panels(
+    report: Report, vehicles: pd.DataFrame, peaks: pd.DataFrame, *, run: Path, folder: Path
+) -> None:
+    """Show each vehicle and booming peak, and what to do next."""
+    of_levels = {name: 1 for name in map(str, vehicles) if name.endswith("[dB]")}
+    report.panel(
+        "Each vehicle",
+        Table(vehicles, "", of_levels),
+        "Change of the mean level. As expected: inside the interval (90 %), widened by what drives "
+        "differ.",
+        wide=True,
+    )
+    shown = ["vehicle", "frequency [Hz]", "measured change [dB]", "± measured [dB]"]
+    shown += ["predicted change [dB]", "± predicted [dB]", "verdict"]
+    decimals = {name: 1 for name in shown if name.endswith("[dB]")} | {"frequency [Hz]": 0}
+    report.panel("Each booming peak", Table(peaks[shown], "", decimals), wide=True)
+    run_of = run.as_posix()
+    again = f"deboom driven {run_of} {folder.as_posix()}"
+    report.panel(
+        "What to do next",
+        Step(again, "again, with a table of each drive"),
+        Step("deboom characterise CAMPAIGN", "the parts that were driven, where they differ"),
+        Step(f"deboom listen {run_of}", "hear what was predicted"),
+    )

@@ -1,0 +1,559 @@
+"""The page on synthesised sound against the measured one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from deboom import plot
+from deboom.arrays import RealArray
+from deboom.measurement.booming_peaks import TOLERANCE, BoomingPeak, PressureComparison
+from deboom.measurement.channels import Band
+from deboom.measurement.uncertainty import LevelSpread
+from deboom.pages.modal import append_modes
+from deboom.plot import CurvePanel
+from deboom.plot.style import INK, VEHICLE_PALETTE, mount_colours
+from deboom.report import Report
+from deboom.report.tables import split_label
+from deboom.vehicles.path_analysis import paths_by_axis
+from deboom.vehicles.synthesis import (
+    BLOCKED,
+    BY_HAMMER,
+    BY_SURFACES,
+    CORR_F,
+    CORR_S,
+    DESIGN,
+    FUNCTIONS,
+    LARGEST_REST,
+    ON_ROAD,
+    ON_ROAD_AS_TESTED,
+    ON_ROAD_BLOCKED,
+    PEAK,
+    DesignMotion,
+    DrivenVehicles,
+    Synthesis,
+    Validation,
+    VirtualDesign,
+    cause_table,
+    comparison_table,
+    factor_table,
+    force_table,
+    peak_table,
+)
+
+if TYPE_CHECKING:
+    from deboom.plot.style import Drawing
+
+BODY_MODES = (24.0, 30.0, 37.0, 40.0, 47.0)
+"""Of the thesis's vehicle, figure 43 [Hz]."""
+DEPTH = 45.0
+"""Of a level axis below the loudest line; deeper notches leave the panel [dB]."""
+ALL_PATHS, LEVEL = "sum of all paths", "SPL [dB(A)]"
+RECIPROCAL, HAMMER = "reciprocal functions", "hammer functions"
+SOUNDS = ("measured in the vehicle", "synthesised")
+FORCES = ("measured bench forces", "forces from response surfaces")
+_DIGITS = {"%": 1, "dB": 2, "Hz": 2, "1": 3}
+
+
+def synthesis_report(model: DrivenVehicles, result: Validation) -> Report:
+    """Report how far the sound of driven vehicles is from the synthesised one."""
+    report = Report(
+        "Is the synthesised sound the measured one?",
+        "Forces of the mounts on the test bench times noise transfer functions of the trimmed "
+        "body give a sound at the ear. How far is it from what a microphone hears in the driven "
+        "vehicle, which step costs how much, and do parts that were characterised apart predict a "
+        "design that nobody built?",
+    )
+    report.explain(
+        "booming noise",
+        "SPL",
+        "booming peak",
+        "dynamic stiffness",
+        "noise transfer function",
+    )
+    report.inputs += model.input_files
+    report.assume(*model.campaign.assumed)
+    comparisons, causes, forces = (
+        table(result) for table in (comparison_table, cause_table, force_table)
+    )
+    judged = pd.DataFrame(_criteria(result, comparisons, causes, forces))
+    missed = judged.loc[judged["holds"] == "no", "name"]
+    report.warn(
+        f"Not within its target: {'; '.join(missed)}." if len(missed) else "",
+        f"There is no modal analysis: {result.complaint}." if result.complaint else "",
+    )
+    _headlines(report, result, comparisons)
+    _facts(report, result)
+    _against_the_thesis(report, result, judged)
+    _road(report, result, comparisons)
+    _car(report, result)
+    report.section(
+        "Forces from response surfaces",
+        "The same forces from the dynamic stiffness of the mounts and the measured motion. The "
+        "surfaces are fitted to all runs but this one. Directions that are not identified keep "
+        "their measured force.",
+        folded=True,
+    )
+    report.figure(
+        "surface_forces",
+        lambda: _pairs(
+            result, [synthesis.comparisons[BY_SURFACES] for synthesis in result.shown], FORCES
+        ),
+        "SPL from measured bench forces and from the surfaces' forces (thesis, figure 38).",
+    )
+    if result.design is not None:
+        _design(report, result, result.design)
+    _functions(report, result)
+    if result.roads:
+        _causes(report, causes, forces)
+    if result.modes is not None:
+        append_modes(report, result.modes, result.true_shapes, result.shown[0].driven.vehicle.name)
+    if result.spread is not None:
+        _spread(report, result, result.spread)
+    return report
+
+
+def _headlines(report: Report, result: Validation, comparisons: pd.DataFrame) -> None:
+    """Show and keep the numbers that a hurried reader takes away."""
+    road = comparisons[comparisons["comparison"] == ON_ROAD]
+    corr_f, corr_s, peak = road[CORR_F].median(), road[CORR_S].median(), road[PEAK].max()
+    report.summary |= {
+        "corr_f_percent": float(corr_f),
+        "corr_s_percent": float(corr_s),
+        "peak_deviation_db": float(peak),
+    }
+    report.tile(
+        f"{corr_f:.1f} %",
+        "difference in shape of the pressure (corr_f, complex), median; thesis 5 %",
+    )
+    report.tile(f"{corr_s:.1f} %", "difference in scale (corr_s, magnitude), median; thesis 10 %")
+    if np.isfinite(peak):
+        label = "largest deviation of a booming peak from the measured one; thesis 3 dB"
+        report.tile(f"{peak:.1f} dB", label)
+    if result.design is not None:
+        worst = result.design.peak_deviation
+        report.summary["virtual_design_peak_db"] = worst
+        if np.isfinite(worst):
+            label = "largest deviation of a booming peak of the virtual design, all three ways"
+            report.tile(f"{worst:.2f} dB", label)
+    report.summary |= _mode_numbers(result)
+
+
+def _mode_numbers(result: Validation) -> dict[str, float]:
+    """Return ``mode_<n>_hz`` and, against true shapes, ``mode_<n>_mac``, n from 1."""
+    modes, truth = result.modes, result.true_shapes
+    if modes is None:
+        return {}
+    numbers = {f"mode_{n}_hz": float(value) for n, value in enumerate(modes.frequency, 1)}
+    if truth is not None:
+        agreement = np.diag(modes.mac(truth))
+        numbers |= {f"mode_{n}_mac": float(value) for n, value in enumerate(agreement, 1)}
+    return numbers
+
+
+def _facts(report: Report, result: Validation) -> None:
+    """Note what was settled beside the options."""
+    data = result.data
+    report.facts |= {
+        "run": data.run,
+        "ear": result.listening.ear,
+        "vehicles": ", ".join(result.vehicles),
+        "mount_sets": ", ".join(name for name in data.sets if name not in data.mixes),
+    }
+    if result.complaint:
+        report.facts["no_modal_analysis"] = result.complaint
+
+
+def _against_the_thesis(report: Report, result: Validation, judged: pd.DataFrame) -> None:
+    """Show every figure beside thesis and target."""
+    low, high = result.listening.band
+    sets = list(dict.fromkeys(synthesis.driven.mount_set for synthesis in result.syntheses))
+    n_vehicles = len(result.vehicles)
+    report.section(
+        "Every figure beside the thesis",
+        f"{n_vehicles} {'vehicles' if n_vehicles > 1 else 'vehicle'} with mount sets "
+        f"{', '.join(sets)}, run {result.data.run}, {result.listening.ear}, {low:g} to {high:g} "
+        "Hz. corr_f = |1 − MAC| is the difference in shape, corr_s = |1 − MSF| that in scale, "
+        "relative to the measured pressure: a synthesis twice as loud has 100 %. Both are of "
+        "pressures, complex or as magnitudes, never of dB curves. Booming peaks are compared with "
+        f"peaks, paired within {TOLERANCE:g} Hz; a peak without partner has no deviation and is "
+        "counted. Line by line, the largest difference in a notch would say nothing about booming.",
+    )
+    words = judged[["thesis", "target", "holds"]].replace("", "–")
+    written = list(map(_written, judged["name"], judged["measured"]))
+    shown = judged.rename(columns={"name": "figure"}).assign(measured=written, **words)
+    report.table(
+        "validation", judged, "A figure without target is reported, not judged.", shown=shown
+    )
+
+
+def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None:
+    """Compare the road with the synthesis."""
+    report.section(
+        "Measured against synthesised",
+        "The bench measures with cool mounts on a stiff frame, the vehicle drives with warmer ones "
+        "on a body that gives way, and its microphone hears other paths as well. Forces of the "
+        "bench are blocked forces. Where the hammer test recorded the accelerometers, the body's "
+        "receptance makes interface forces of them, which belong with the functions of the trimmed "
+        "body; blocked forces with these functions are the thesis's approximation, and stand "
+        "beside.",
+    )
+    report.figure(
+        "measured_synthesised",
+        lambda: _pairs(
+            result, [synthesis.comparisons[ON_ROAD] for synthesis in result.shown], SOUNDS
+        ),
+        "Measured and synthesised SPL of every vehicle; dots are paired booming peaks (thesis, "
+        "figure 36).",
+    )
+    road = comparisons[comparisons["comparison"] == ON_ROAD]
+    report.table(
+        "comparisons",
+        comparisons,
+        "Every vehicle and mount set.",
+        shown=road.drop(columns=["comparison"]),
+    )
+    peaks = peak_table(result)
+    alone = peaks[(peaks["comparison"] == ON_ROAD) & peaks["deviation [dB]"].isna()]
+    shown = alone.drop(columns=["comparison", "deviation [dB]"]).rename(
+        columns=lambda n: str(n).replace("reference", "measured").replace("compared", "synthesised")
+    )
+    caption = "Booming peaks of one curve alone: they have no deviation."
+    report.table("peaks", peaks, "" if alone.empty else caption, shown=shown)
+
+
+def _car(report: Report, result: Validation) -> None:
+    """Show what the car says of its loudspeaker and its mounts, and what that changes."""
+    factors = factor_table(result)
+    refused = factors.loc[
+        factors["left of forces by inversion [%]"].notna() & ~factors["taken over"]
+    ]
+    report.section(
+        "What the car says of the loudspeaker and of its mounts",
+        "The strength of a loudspeaker is calibrated to some tenths of a decibel: the functions of "
+        "the hammer, which is calibrated better, correct it by one factor for the ear. How stiff "
+        "the mounts are on the road, warmer or older than on the bench, shows in the forces that "
+        "accelerations on the body give by inversion: one factor of all mounts and one of each "
+        "besides bring the bench's forces closest to them. The microphone takes no part in "
+        "either, so the comparison with it stays one. Factors are taken over where what they "
+        f"leave of these forces is at most {LARGEST_REST:g} times the error of the inversion.",
+    )
+    report.warn(
+        "Mounts that are softer or harder do not explain the forces on the road of "
+        f"{'; '.join(refused['vehicle'] + ' with ' + refused['mount set'])}: bench and car differ "
+        "in something else, such as a part, a bracket or the powertrain. Forces of the bench are "
+        "taken as they are."
+        if len(refused)
+        else ""
+    )
+    report.table("car_factors", factors, "Every vehicle and mount set.")
+
+
+def _design(report: Report, result: Validation, design: VirtualDesign) -> None:
+    """Show the virtual design in every vehicle."""
+    outside = int(design.resolved.outside.sum())
+    kept = f" Measured forces stay in {'; '.join(design.kept)}." if design.kept else ""
+    report.section(
+        "A virtual design",
+        f"{design.mix}: every part was characterised in another mount set, and the bench measured "
+        "the design itself for comparison. With the motion that was measured with the design the "
+        "check is nearly circular. With the motion of "
+        f"{design.other} nothing of the design is known but its parts. Re-solved, only the "
+        f"excitation comes from {design.other}: inertia from the data sheet, stiffness from the "
+        f"surfaces at the amplitude that comes out ({design.resolved.sweeps} sweeps; lines and "
+        f"directions outside of the measured region: {outside}).{kept}",
+    )
+    measured = "measured forces of the design"
+    colours = {way.value: VEHICLE_PALETTE[place] for place, way in enumerate(DesignMotion)}
+    levels = []
+    lines = next(iter(design.comparisons.values()))
+    for name in result.vehicles:
+        ways = {way.value: design.comparisons[name, way] for way in DesignMotion}
+        worst = max(compared.peak_deviation for compared in ways.values())
+        reference = ways[DesignMotion.OF_THE_MIX.value].levels[0]
+        levels.append(
+            CurvePanel(
+                name,
+                lines.frequency,
+                {measured: reference}
+                | {label: comparison.levels[1] for label, comparison in ways.items()},
+                note=f"peaks within {worst:.2f} dB" if np.isfinite(worst) else "no paired peak",
+            )
+        )
+    report.figure(
+        "virtual_design",
+        lambda: plot.curve_panels(
+            levels,
+            columns=2,
+            order=lines.order,
+            y_label=LEVEL,
+            colours={measured: INK, **colours},
+            dashed=list(colours),
+            depth=DEPTH,
+        ),
+        "SPL of the design from its measured forces, and from the surfaces of its parts in three "
+        "ways (thesis, figure 40); the dashes take turns.",
+    )
+
+
+def _functions(report: Report, result: Validation) -> None:
+    """Hold both methods to measure functions against each other; contributions of the paths."""
+    first = result.shown[0]
+    report.section(
+        "Hammer against loudspeaker, and contributions",
+        "Both methods acquire the same functions with errors of their own: hammer against "
+        "accelerometers and a calibrated volume source. Contributions of single paths exceed their "
+        "sum where they cancel, so an error of one function is not an error of the sum by its "
+        "size alone.",
+        folded=True,
+    )
+    report.figure(
+        "hammer_reciprocal",
+        lambda: _pairs(
+            result,
+            [synthesis.comparisons[BY_HAMMER] for synthesis in result.shown],
+            (RECIPROCAL, HAMMER),
+        ),
+        "SPL with the same bench forces and functions of either method (thesis, figure 41).",
+    )
+    report.figure(
+        "contributions",
+        lambda: _contributions(first, result.listening.band),
+        f"{first.driven.title}: partial sums per mount along x, and of all paths across (thesis, "
+        "figure 42). Groups 45 dB below the loudest line are left out.",
+    )
+    report.table(
+        "contributions",
+        first.reciprocal.ranking(result.listening.band),
+        f"{first.driven.title}, reciprocal functions: paths by their own A-weighted size in the "
+        "band. The share of the energy counts the phase: below 0 a path takes away.",
+    )
+
+
+def _causes(report: Report, causes: pd.DataFrame, forces: pd.DataFrame) -> None:
+    """Say what a synthesis loses where."""
+    report.section(
+        "Where the accuracy is lost",
+        "Interface forces of the driven vehicle, found by inversion from accelerations on its "
+        "body, are exact with the trimmed body's functions. What they predict better than bench "
+        "forces is the cost of taking blocked forces; what they still miss is the error of the "
+        "transfer functions and of the inversion. Where the truth is known each step "
+        "stands alone. Accelerometers that took no part in the inversion judge its forces.",
+    )
+    medians = causes.groupby("what is compared", sort=False)[[CORR_F, CORR_S, PEAK]].median()
+    report.table("causes", causes, "Median over the vehicles.", shown=medians.reset_index())
+    report.table("forces", forces, "Errors over the band, all directions together.")
+
+
+def _spread(report: Report, result: Validation, spread: LevelSpread) -> None:
+    """Show how far the vehicles of the group lie apart, and without the one that differs most."""
+    rest = ""
+    if result.spread_without is not None:
+        name, others = result.spread_without
+        rest = f", without {name} {others.quantile(0.5):.1f} dB"
+    report.section(
+        "Vehicles of one group",
+        f"The measured levels of {len(result.vehicles)} vehicles lie {spread.quantile(0.5):.1f} dB "
+        f"apart in the median line{rest}, {spread.quantile(0.9):.1f} dB in nine of ten. A "
+        "synthesis that is to tell vehicles apart must be well below that.",
+        folded=True,
+    )
+
+
+def criterion(
+    name: str, measured: float, thesis: str = "", *, most: float = np.inf, least: float = -np.inf
+) -> dict[str, Any]:
+    """Hold a figure against what was asked and what the thesis reports; unknown is not held."""
+    target = f"≤ {most:g}" if most < np.inf else f"≥ {least:g}" if least > -np.inf else ""
+    holds = ("yes" if least <= measured <= most else "no") if target else ""
+    figures = {"name": name, "measured": float(measured), "thesis": thesis}
+    return {**figures, "target": target, "holds": holds}
+
+
+def _written(name: str, measured: float) -> str:
+    """Write a figure with the decimals of its unit."""
+    digits = _DIGITS.get(split_label(name)[1], 2)
+    return f"{measured:.{digits}f}" if np.isfinite(measured) else "not known"
+
+
+def _criteria(
+    result: Validation, comparisons: pd.DataFrame, causes: pd.DataFrame, forces: pd.DataFrame
+) -> list[dict[str, Any]]:
+    """Gather the figures of a validation."""
+    of = {str(what): rows for what, rows in comparisons.groupby("comparison", sort=False)}
+    road, surfaces, hammer = of[ON_ROAD], of[BY_SURFACES], of[BY_HAMMER]
+    alone = float(road["unpaired peaks"].sum())
+    unpaired = 100 * alone / max(alone + 2 * float(road["paired peaks"].sum()), 1.0)
+    # what blocked forces are asked for, and interface forces
+    corr_f, corr_s = ((1, 2), (10, 15)) if ON_ROAD_BLOCKED in of else ((5, 10), (15, 20))
+    judged = [
+        criterion(
+            "corr_f, complex pressure, median [%]", road[CORR_F].median(), "5", most=corr_f[0]
+        ),
+        criterion("corr_f, complex pressure, largest [%]", road[CORR_F].max(), most=corr_f[1]),
+        criterion("corr_s, magnitude, median [%]", road[CORR_S].median(), "10", most=corr_s[0]),
+        criterion("corr_s, magnitude, largest [%]", road[CORR_S].max(), most=corr_s[1]),
+        criterion(
+            "peaks, synthesised against measured, largest [dB]", road[PEAK].max(), "3", most=3
+        ),
+        criterion(
+            "corr_s without what the car says, median [%]", of[ON_ROAD_AS_TESTED][CORR_S].median()
+        ),
+        *_blocked_criteria(of.get(ON_ROAD_BLOCKED)),
+        criterion("peaks of one curve alone, share [%]", unpaired),
+        criterion("forces from surfaces, at peaks, largest [dB]", surfaces[PEAK].max(), most=0.3),
+        *(
+            criterion(f"{what}, at peaks, largest [dB]", rows[PEAK].max(), most=0.5)
+            for what, rows in of.items()
+            if what.startswith(DESIGN)
+        ),
+        criterion(
+            "hammer against reciprocal, at peaks, median [dB]", hammer[PEAK].median(), "1 to 2"
+        ),
+        criterion(
+            "hammer against reciprocal, at peaks, largest [dB]", hammer[PEAK].max(), "1 to 2"
+        ),
+    ]
+    if result.roads:
+        judged += _force_criteria(causes, forces)
+    if result.spread is not None:
+        name = f"spread over {len(result.vehicles)} vehicles of one group, median [dB]"
+        judged.append(criterion(name, result.spread.quantile(0.5), "10 to 15"))
+    if result.spread_without is not None:
+        left_out, others = result.spread_without
+        name = f"spread of the same without {left_out}, median [dB]"
+        judged.append(criterion(name, others.quantile(0.5), "10 to 15"))
+    return judged + _mode_criteria(result)
+
+
+def _blocked_criteria(blocked: pd.DataFrame | None) -> list[dict[str, Any]]:
+    """Show what the synthesis from blocked forces reaches, where it is not the one judged."""
+    if blocked is None:
+        return []
+    names = {
+        "corr_f, blocked forces instead, median [%]": blocked[CORR_F].median(),
+        "corr_s, blocked forces instead, median [%]": blocked[CORR_S].median(),
+        "peaks, blocked forces instead, largest [dB]": blocked[PEAK].max(),
+    }
+    return [criterion(name, value) for name, value in names.items()]
+
+
+def _force_criteria(causes: pd.DataFrame, forces: pd.DataFrame) -> list[dict[str, Any]]:
+    """Judge the forces found on the road, and what blocked forces and functions cost."""
+    judged = []
+    inversion = forces["forces by inversion, rms error [%]"]
+    if inversion.notna().any():
+        corr_f = causes.groupby("what is compared")[CORR_F].median()
+        name = "interface forces by inversion on the road, rms error, largest [%]"
+        blocked = forces["bench forces, rms error [%]"].max()
+        judged = [
+            criterion(name, inversion.max(), most=10),
+            criterion("bench forces as interface forces, rms error, largest [%]", blocked),
+            criterion(
+                "interface forces from bench and receptance, rms error, largest [%]",
+                forces["interface forces, rms error [%]"].max(),
+                most=10,
+            ),
+            criterion("cost of blocked forces, corr_f, median [%]", corr_f[BLOCKED]),
+            criterion("cost of measured transfer functions, corr_f, median [%]", corr_f[FUNCTIONS]),
+        ]
+    held_out = forces["held-out accelerometers, median error [%]"].max()
+    return [*judged, criterion("held-out accelerometers, median error, largest [%]", held_out)]
+
+
+def _mode_criteria(result: Validation) -> list[dict[str, Any]]:
+    """Judge the modes: each against the nearest true one, and true ones that none was near."""
+    modes, truth = result.modes, result.shown[0].driven.truth
+    if modes is None:
+        return []
+    judged = [
+        criterion(f"mode {n}, natural frequency [Hz]", float(value), f"{wanted:g}")
+        for n, (wanted, value) in enumerate(zip(BODY_MODES, modes.frequency, strict=False), 1)
+    ]
+    if truth is None or result.true_shapes is None:
+        return judged
+    true = truth.natural_frequency
+    nearest = np.abs(np.subtract.outer(modes.frequency, true)).argmin(axis=1)
+    missed = len(set(range(modes.n_modes)) - set(nearest.tolist()))
+    frequency = np.abs(modes.frequency / true[nearest] - 1).max()
+    ratio = modes.model.damping[: modes.n_modes] / truth.damping_ratio[nearest]
+    damping = np.abs(ratio - 1).max()
+    against = "against the truth, largest error [%]"
+    judged += [
+        criterion("true modes among the lowest that were missed [1]", missed, most=0),
+        criterion(f"natural frequencies {against}", 100 * float(frequency), most=0.5),
+        criterion(f"damping ratios {against}", 100 * float(damping), most=15),
+    ]
+    least = float(np.diag(modes.mac(result.true_shapes)).min())
+    if np.isfinite(least):
+        name = "shapes of the modes against the truth, least MAC [1]"
+        judged.append(criterion(name, least, least=0.95))
+    return judged
+
+
+def _pairs(
+    result: Validation, pairs: Sequence[PressureComparison], labels: tuple[str, str]
+) -> Drawing:
+    """Every vehicle once: two curves with their paired peaks."""
+    panels = []
+    for synthesis, pair in zip(result.shown, pairs, strict=True):
+        peaks = [[both[side] for both in pair.peaks.pairs] for side in (0, 1)]
+        panels.append(
+            CurvePanel(
+                synthesis.driven.title,
+                pair.frequency,
+                dict(zip(labels, pair.levels, strict=True)),
+                {
+                    n: _points(of_curve)
+                    for n, of_curve in zip(labels, peaks, strict=True)
+                    if of_curve
+                },
+                note=f"peaks within {pair.peak_deviation:.2f} dB" if peaks[0] else "no paired peak",
+            )
+        )
+    return plot.curve_panels(
+        panels,
+        columns=2,
+        order=pairs[0].order,
+        y_label=LEVEL,
+        colours={labels[0]: INK, labels[1]: VEHICLE_PALETTE[1]},
+        dashed=labels[1:],
+        depth=DEPTH,
+    )
+
+
+def _points(peaks: list[BoomingPeak]) -> tuple[RealArray, RealArray]:
+    """Return frequencies and levels of peaks."""
+    return np.array([peak.frequency for peak in peaks]), np.array([peak.level for peak in peaks])
+
+
+def _contributions(first: Synthesis, band: Band) -> Drawing:
+    """Partial sums with reciprocal and with hammer functions: along x each, across by axis."""
+    frequency = first.reciprocal.frequency
+    inside = (frequency >= band[0]) & (frequency <= band[1])
+    panels = []
+    names: tuple[str, ...] = ()
+    for label, paths in ((RECIPROCAL, first.reciprocal), (HAMMER, first.hammer)):
+        by_axis = paths_by_axis(paths.paths)
+        groups = {name: [name] for name in by_axis.get("x", ())}
+        groups |= {f"all {axis}": [*of] for axis, of in by_axis.items() if axis != "x"}
+        grouped = paths.grouped(groups)
+        names = grouped.paths
+        loudest = grouped.level[inside].max()
+        curves = {ALL_PATHS: grouped.level[inside]} | {
+            name: level
+            for name, level in zip(names, grouped.path_levels[inside].T, strict=True)
+            if level.max() > loudest - DEPTH
+        }
+        panels.append(CurvePanel(f"{first.driven.title}, {label}", frequency[inside], curves))
+    return plot.curve_panels(
+        panels,
+        order=first.comparisons[ON_ROAD].order,
+        y_label=LEVEL,
+        colours=mount_colours(names) | {ALL_PATHS: INK},
+        columns=1,
+        depth=DEPTH,
+    )

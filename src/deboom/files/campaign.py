@@ -771,7 +771,7 @@ def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     yield from assumed_lines(held.assumed)
 
 
-CAMPAIGN = FolderRecord(
+CAMPAIGN: FolderRecord = FolderRecord(
     kind=FolderKind.campaign,
     file=CAMPAIGN_FILE,
     keys=CampaignFile,

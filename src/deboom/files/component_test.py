@@ -520,7 +520,7 @@ def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     yield from assumed_lines(held.assumed)
 
 
-COMPONENT = FolderRecord(
+COMPONENT: FolderRecord = FolderRecord(
     kind=FolderKind.component,
     file=COMPONENT_FILE,
     keys=ComponentTestFile,

@@ -212,7 +212,7 @@ def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     yield from assumed_lines(held.assumed)
 
 
-CAR = FolderRecord(
+CAR: FolderRecord = FolderRecord(
     kind=FolderKind.car,
     file=ELECTRIC_CAR_FILE,
     keys=ElectricCarFile,

@@ -247,7 +247,7 @@ def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     yield "channels", f"{len(first.channels)}, {first.rate:g} samples per second"
 
 
-HAMMER = FolderRecord(
+HAMMER: FolderRecord = FolderRecord(
     kind=FolderKind.hammer,
     file=HAMMER_TEST_FILE,
     keys=HammerTestFile,

@@ -403,7 +403,7 @@ def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     yield from assumed_lines(held.assumed)
 
 
-COMPRESSOR = FolderRecord(
+COMPRESSOR: FolderRecord = FolderRecord(
     kind=FolderKind.compressor,
     file=INERTANCE_TEST_FILE,
     keys=InertanceTestFile,

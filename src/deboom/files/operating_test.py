@@ -471,7 +471,7 @@ def sweep_lines(folder: Path, held: OperatingTest) -> Iterator[tuple[str, str]]:
     yield "hoses", ", ".join(hose.name for hose in held.hoses) or "no drawing"
 
 
-OPERATION = FolderRecord(
+OPERATION: FolderRecord = FolderRecord(
     kind=FolderKind.operation,
     file=OPERATING_TEST_FILE,
     keys=OperatingTestFile,

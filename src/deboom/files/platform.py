@@ -873,7 +873,7 @@ def _channel_faults(
             )
 
 
-PLATFORM = FolderRecord(
+PLATFORM: FolderRecord = FolderRecord(
     kind=FolderKind.platform,
     file=PLATFORM_FILE,
     keys=PlatformFile,

@@ -324,7 +324,7 @@ def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     yield "runs", ", ".join(run.name for run in held.runs) or "none"
 
 
-VEHICLE = FolderRecord(
+VEHICLE: FolderRecord = FolderRecord(
     kind=FolderKind.vehicle,
     file=VEHICLE_FILE,
     keys=VehicleFile,

@@ -759,16 +759,19 @@ def _functions(tables: _Tables, run: OperatingRun, notes: Sequence[str]) -> list
 
 def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     """Give name and text of each line on what a folder holds."""
-    held = read_campaign(folder)
-    lines = held.runs[0].acceleration.frequency
-    yield "campaign", held.name
-    yield "mounts", ", ".join(mount.name for mount in held.mounts)
-    yield "sensors", f"{len(held.sensors)}, switched off: {', '.join(held.switched_off) or 'none'}"
-    yield "runs", f"{len(held.runs)} of mount sets {', '.join(held.mount_sets)}"
-    yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz of order {held.order:g}"
-    yield "shaker", f"{len(held.shaker_runs)} runs"
-    yield "curves", f"{len(held.static_curves)} of suppliers"
-    yield from assumed_lines(held.assumed)
+    campaign = read_campaign(folder)
+    lines = campaign.runs[0].acceleration.frequency
+    yield "campaign", campaign.name
+    yield "mounts", ", ".join(mount.name for mount in campaign.mounts)
+    yield (
+        "sensors",
+        f"{len(campaign.sensors)}, switched off: {', '.join(campaign.switched_off) or 'none'}",
+    )
+    yield "runs", f"{len(campaign.runs)} of mount sets {', '.join(campaign.mount_sets)}"
+    yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz of order {campaign.order:g}"
+    yield "shaker", f"{len(campaign.shaker_runs)} runs"
+    yield "curves", f"{len(campaign.static_curves)} of suppliers"
+    yield from assumed_lines(campaign.assumed)
 
 
 CAMPAIGN: FolderRecord = FolderRecord(

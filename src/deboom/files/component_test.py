@@ -497,27 +497,27 @@ def read_stiffness(path: Path) -> tuple[RealArray, ComplexArray]:
 
 def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     """Give name and text of each line on what a folder holds."""
-    held = read_component_test(folder)
+    test = read_component_test(folder)
     others = sorted(folder.glob(f"*/{RECEIVER_FILE}"))
     receivers = [read_receiver(path.parent) for path in others]
-    lines = held.accelerance.frequency
-    yield "test", held.name
-    points = (f"{point.name} ({len(point.motions)} degrees of freedom)" for point in held.points)
+    lines = test.accelerance.frequency
+    yield "test", test.name
+    points = (f"{point.name} ({len(point.motions)} degrees of freedom)" for point in test.points)
     yield "points", ", ".join(points)
     yield (
         "channels",
-        f"{len(held.indicator_channels)} indicators, {len(held.on_board_channels)} left out",
+        f"{len(test.indicator_channels)} indicators, {len(test.on_board_channels)} left out",
     )
-    yield "ears", ", ".join(held.ears)
-    yield "hits on the source", f"{len(held.source_hits)}"
-    yield "free source", "measured" if held.free is not None else "not measured"
+    yield "ears", ", ".join(test.ears)
+    yield "hits on the source", f"{len(test.source_hits)}"
+    yield "free source", "measured" if test.free is not None else "not measured"
     yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
-    yield "runs", ", ".join(run.name for run in held.runs)
+    yield "runs", ", ".join(run.name for run in test.runs)
     for receiver in receivers:
         yield "receiver", receiver.name
-    doubts = [s for each in receivers or (None,) for s in component_findings(held, each)]
+    doubts = [s for each in receivers or (None,) for s in component_findings(test, each)]
     yield from warning_lines(dict.fromkeys(doubts))
-    yield from assumed_lines(held.assumed)
+    yield from assumed_lines(test.assumed)
 
 
 COMPONENT: FolderRecord = FolderRecord(

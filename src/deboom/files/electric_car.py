@@ -203,13 +203,13 @@ def _pressure(path: Path, file: ElectricCarFile, blows: Sequence[Dof]) -> tuple[
 
 def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     """Give name and text of each line on what a folder holds."""
-    held = read_electric_car(folder)
+    car = read_electric_car(folder)
     with naming(folder):
-        refuse_contradictions_of_car(held)
-    yield "car", f"{held.name}, {held.ear}"
-    yield "points", ", ".join(f"{point.name} ({point.kind.value})" for point in held.points)
-    yield from sweep_lines(folder, held.operation)
-    yield from assumed_lines(held.assumed)
+        refuse_contradictions_of_car(car)
+    yield "car", f"{car.name}, {car.ear}"
+    yield "points", ", ".join(f"{point.name} ({point.kind.value})" for point in car.points)
+    yield from sweep_lines(folder, car.operation)
+    yield from assumed_lines(car.assumed)
 
 
 CAR: FolderRecord = FolderRecord(

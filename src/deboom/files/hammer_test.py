@@ -234,16 +234,16 @@ CHECKED_LINES = 200.0
 
 def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     """Give name and text of each line on what a folder holds."""
-    held = read_hammer_test(folder)
-    first = held.measurements[0]
+    test = read_hammer_test(folder)
+    first = test.measurements[0]
     # lines of a car; beyond them a push may have zeros
     options = HammerOptions(band=(0.0, CHECKED_LINES), minimum_hits=1)
     with naming(folder):
-        estimate = hammer_frfs(held, options)
-    if fault := fault_of_hammer_test(held, estimate):
+        estimate = hammer_frfs(test, options)
+    if fault := fault_of_hammer_test(test, estimate):
         raise InputError(f"{folder}: {fault}")
-    yield "test", held.title
-    yield "impacts", f"{len(held.impacts)}, {sum(len(m.force) for m in held.measurements)} hits"
+    yield "test", test.title
+    yield "impacts", f"{len(test.impacts)}, {sum(len(m.force) for m in test.measurements)} hits"
     yield "channels", f"{len(first.channels)}, {first.rate:g} samples per second"
 
 

@@ -386,21 +386,21 @@ def same_place(impact: Impact, other: Impact) -> bool:
 
 def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     """Give name and text of each line on what a folder holds."""
-    held = read_inertance_test(folder)
+    test = read_inertance_test(folder)
     with naming(folder):
-        doubts = hammer_test_doubts(held)
-    lines = held.frf.frequency
-    weighed = "not weighed" if held.weighed_mass is None else f"weighed {held.weighed_mass:g} kg"
-    yield "test", f"{held.name}, {weighed}"
-    yield "sensors", f"{len(held.sensors)} triaxial, {len(held.impacts)} impacts"
-    if rate := held.frf.added_decay_rate:
+        doubts = hammer_test_doubts(test)
+    lines = test.frf.frequency
+    weighed = "not weighed" if test.weighed_mass is None else f"weighed {test.weighed_mass:g} kg"
+    yield "test", f"{test.name}, {weighed}"
+    yield "sensors", f"{len(test.sensors)} triaxial, {len(test.impacts)} impacts"
+    if rate := test.frf.added_decay_rate:
         yield (
             "window",
             f"decay of {rate:g} 1/s: for a free body only, identify refuses it on mounts",
         )
     yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
     yield from warning_lines(doubts)
-    yield from assumed_lines(held.assumed)
+    yield from assumed_lines(test.assumed)
 
 
 COMPRESSOR: FolderRecord = FolderRecord(

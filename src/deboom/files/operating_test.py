@@ -452,23 +452,23 @@ def _other_impacts(folder: Path, test: InertanceTest, hammer: InertanceTest) -> 
 
 def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     """Give name and text of each line on what a folder holds."""
-    held = read_operating_test(folder)
-    yield from sweep_lines(folder, held)
-    yield from assumed_lines(held.hammer.assumed)
+    test = read_operating_test(folder)
+    yield from sweep_lines(folder, test)
+    yield from assumed_lines(test.hammer.assumed)
 
 
-def sweep_lines(folder: Path, held: OperatingTest) -> Iterator[tuple[str, str]]:
+def sweep_lines(folder: Path, test: OperatingTest) -> Iterator[tuple[str, str]]:
     """Give name and text of each line on a test of a running compressor."""
-    yield "test", held.name
+    yield "test", test.name
     with naming(folder):
-        for hammer in filter(None, (held.hammer, held.hammer_with_hoses)):
+        for hammer in filter(None, (test.hammer, test.hammer_with_hoses)):
             yield from warning_lines(
                 f"{hammer.name}: {doubt}" for doubt in hammer_test_doubts(hammer)
             )
-    for sweep in held.sweeps:
+    for sweep in test.sweeps:
         lines = sweep.acceleration.frequency
         yield "sweep", f"{sweep.name}: {60 * lines[0]:.0f} to {60 * lines[-1]:.0f} rpm"
-    yield "hoses", ", ".join(hose.name for hose in held.hoses) or "no drawing"
+    yield "hoses", ", ".join(hose.name for hose in test.hoses) or "no drawing"
 
 
 OPERATION: FolderRecord = FolderRecord(

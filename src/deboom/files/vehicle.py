@@ -314,14 +314,14 @@ def _point(row: ImpactRow | SensorRow) -> str:
 
 def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     """Give name and text of each line on what a folder holds."""
-    held = read_vehicle(folder)
-    lines = held.direct.frequency
-    yield "vehicle", f"{held.name} in group {held.group}"
-    yield "ears", ", ".join(held.ears)
-    yield "mounts", ", ".join(mount.name for mount in held.mounts)
-    yield "blows", f"{len(held.direct.inputs)} beside {len(held.impacts)} virtual points"
+    vehicle = read_vehicle(folder)
+    lines = vehicle.direct.frequency
+    yield "vehicle", f"{vehicle.name} in group {vehicle.group}"
+    yield "ears", ", ".join(vehicle.ears)
+    yield "mounts", ", ".join(mount.name for mount in vehicle.mounts)
+    yield "blows", f"{len(vehicle.direct.inputs)} beside {len(vehicle.impacts)} virtual points"
     yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
-    yield "runs", ", ".join(run.name for run in held.runs) or "none"
+    yield "runs", ", ".join(run.name for run in vehicle.runs) or "none"
 
 
 VEHICLE: FolderRecord = FolderRecord(

@@ -25,10 +25,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from typer import Argument, Option
 
+from deboom.choices import Language
 from deboom.errors import InputError
 from deboom.files.acceptance import (
     DeliveredPart,
@@ -86,17 +87,17 @@ class Model:
     demand: Demand
     parts: tuple[DeliveredPart, ...]
     uncertainty: float
-    language: Literal["en", "de"]
+    language: Language
     platform: Platform | None
 
 
 def prepare(options: Options) -> Model:
     """Read the box or sheet, the measured parts, and the platform."""
     box, stated = box_file(options.box), options.uncertainty
-    language: Literal["en", "de"] = "en"
+    language = Language.en
     if holds_sheet(options.parts):
         sheet = read_specification(options.parts)
-        demand, language = demand_of_sheet(box, sheet), sheet.language
+        demand, language = demand_of_sheet(box, sheet), Language(sheet.language)
         parts = read_measured_sheet(options.parts, sheet)
         stated = sheet.uncertainty if stated is None else stated
     else:

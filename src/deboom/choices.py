@@ -1,9 +1,12 @@
-"""Words that commands and functions accept; this module imports nothing, so help starts at once."""
+"""Words that commands and functions accept; a light module, so that help starts at once."""
 
 from __future__ import annotations
 
+import re
 from enum import Enum, StrEnum
 from pathlib import Path
+
+_FLOAT = re.compile(r"(?<=\d)\.(?=\d)")
 
 
 class Pick(StrEnum):
@@ -73,11 +76,19 @@ class SearchAlgorithm(StrEnum):
         return labels.get(self.value, self.value.upper())
 
 
-class Language(Enum):
+class Language(StrEnum):
     """Language of a supplier's sheet."""
 
     en = "en"
     de = "de"
+
+    def say(self, english: str, german: str) -> str:
+        """Choose the words of the language."""
+        return german if self is Language.de else english
+
+    def local(self, text: str) -> str:
+        """Return a text with the decimal sign of the language."""
+        return _FLOAT.sub(",", text) if self is Language.de else text
 
 
 class FolderKind(Enum):

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, Self
 import pandas as pd
 from pydantic import Field, model_validator
 
+from deboom.choices import Language
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.files.disk import read_document, replace_text
@@ -494,7 +495,7 @@ class SupplierSpecification(StrictModel):
 
     def said(self, key: str) -> str:
         """Return a word in the language of the sheet."""
-        return said(key, self.language)
+        return said(key, Language(self.language))
 
 
 def holds_sheet(path: Path) -> bool:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from deboom.choices import Language
 from deboom.errors import InputError
 
 
@@ -250,8 +251,8 @@ WORDS: Mapping[str, Word] = {
 """Every label and cell of sheets, workbooks and verdicts by its key."""
 
 
-def said(key: str, language: str, **given: object) -> str:
-    """Return a word in a language, ``en`` or ``de``, with what is put in.
+def said(key: str, language: Language, **given: object) -> str:
+    """Return a word in a language, with what is put in.
 
     Raises
     ------
@@ -260,23 +261,22 @@ def said(key: str, language: str, **given: object) -> str:
     """
     if key not in WORDS:
         raise InputError(f"the table of a sheet's words has no '{key}'")
-    word = WORDS[key]
-    text = word.de if language == "de" else word.en
+    text = language.say(WORDS[key].en, WORDS[key].de)
     return text.format(**given) if given else text
 
 
-def label(key: str, language: str, unit: str | None = None) -> str:
+def label(key: str, language: Language, unit: str | None = None) -> str:
     """Return the label of a column, ``name [unit]``.
 
     - `unit`: where the column has another one than its own, such as a currency.
     """
     unit = WORDS[key].unit if unit is None and key in WORDS else unit
-    shown = (unit or "").replace(".", ",") if language == "de" else unit
+    shown = language.local(unit or "")
     return said(key, language) + (f" [{shown}]" if shown else "")
 
 
 def labelled(
-    table: pd.DataFrame, language: str, units: Mapping[str, str] | None = None
+    table: pd.DataFrame, language: Language, units: Mapping[str, str] | None = None
 ) -> pd.DataFrame:
     """Return a table with the labels of a language in place of its keys.
 
@@ -288,7 +288,7 @@ def labelled(
 
 
 def decimals_of(
-    table: pd.DataFrame, language: str, units: Mapping[str, str] | None = None
+    table: pd.DataFrame, language: Language, units: Mapping[str, str] | None = None
 ) -> dict[str, int]:
     """Return the decimals of the columns of a keyed table that have some, by label."""
     units = units or {}

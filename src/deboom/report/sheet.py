@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
+from deboom.choices import Language
 from deboom.errors import InputError
 from deboom.plot.style import as_png
 from deboom.report.report import Picture, rendered
@@ -16,14 +16,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from deboom.plot.style import Drawing
-
-Language = Literal["en", "de"]
-_FLOAT = re.compile(r"(?<=\d)\.(?=\d)")
-
-
-def in_language(text: str, language: str) -> str:
-    """Return a text with the decimal sign of a language."""
-    return _FLOAT.sub(",", text) if language == "de" else text
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +34,8 @@ class Sheet:
     ----------
     title, subtitle : str
         Head of the first page.
-    language : str
-        ``en`` or ``de``; numbers have a decimal comma in German.
+    language : Language
+        Numbers have a decimal comma in German.
 
     Examples
     --------
@@ -54,14 +46,10 @@ class Sheet:
     True
     """
 
-    def __init__(self, title: str, subtitle: str = "", language: Language = "en") -> None:
+    def __init__(self, title: str, subtitle: str = "", language: Language = Language.en) -> None:
         self.title, self.subtitle, self.language = title, subtitle, language
         self.foot = ""
         self.blocks: list[tuple[str, object]] = []
-
-    def say(self, english: str, german: str) -> str:
-        """Choose the words of the sheet's language."""
-        return german if self.language == "de" else english
 
     def number(self, value: float, decimals: int, unit: str = "") -> str:
         """Write a number with its unit for a sentence."""
@@ -70,7 +58,7 @@ class Sheet:
 
     def fields(self, pairs: Mapping[str, str]) -> None:
         """Show labels with values; where a value is empty, it is to be agreed."""
-        due = self.say("to be agreed", "noch zu vereinbaren")
+        due = self.language.say("to be agreed", "noch zu vereinbaren")
         self.blocks.append(("fields", {label: value or due for label, value in pairs.items()}))
 
     def section(self, title: str, text: str = "") -> None:
@@ -139,8 +127,8 @@ class Sheet:
 
     def html(self) -> str:
         """Render the sheet as one HTML file without scripts, links or outside references."""
-        return rendered("sheet.html", {}, sheet=self, was=self.say("was", "vorher"))
+        return rendered("sheet.html", {}, sheet=self, was=self.language.say("was", "vorher"))
 
     def local(self, number: str | float) -> str:
         """Write a number with the decimal sign of the language."""
-        return in_language(number if isinstance(number, str) else f"{number:.4g}", self.language)
+        return self.language.local(number if isinstance(number, str) else f"{number:.4g}")

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import pandas as pd
 
 from deboom import plot
+from deboom.choices import Language
 from deboom.common import PERCENT
 from deboom.files.supplier_words import label, said
 from deboom.report import Report, Step, Table
@@ -25,7 +25,6 @@ from deboom.supplier.sheet import SHORT_HASH
 
 MOST_SHOWN = 40
 """How many of the parts that do not pass the supplier's page lists at most."""
-ENGLISH: Literal["en", "de"] = "en"
 SUPPLIER_BATCHES = (
     "batch",
     "parts",
@@ -86,8 +85,8 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
     if not delivery.predicted:
         report.warn("No platform was given (--platform): the cars' levels are not predicted.")
     for process in delivery.processes:
-        if process.words(ENGLISH):
-            report.warn(f"{process.words(ENGLISH)}.")
+        if process.words(Language.en):
+            report.warn(f"{process.words(Language.en)}.")
     report.assume(*delivery.assumed)
     if not delivery.same_data:
         report.warn(
@@ -310,7 +309,7 @@ def _batch_table(delivery: Delivery) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _capabilities(delivery: Delivery, language: str) -> pd.DataFrame:
+def _capabilities(delivery: Delivery, language: Language) -> pd.DataFrame:
     """One row per batch and limited axis, by keys, and one for all batches of a mount.
 
     Mean, scatter, Cp and Cpk with lower bounds. Where a Cpk was demanded, it stands there with
@@ -351,7 +350,7 @@ def _capabilities(delivery: Delivery, language: str) -> pd.DataFrame:
 
 def _capability_table(delivery: Delivery) -> pd.DataFrame:
     """Give the same with the labels of the page of the vehicle side."""
-    return _capabilities(delivery, ENGLISH).rename(columns=CAPABILITY)
+    return _capabilities(delivery, Language.en).rename(columns=CAPABILITY)
 
 
 def _head(page: Sheet, delivery: Delivery, judged_on: str) -> dict[str, str]:
@@ -375,14 +374,14 @@ def _head(page: Sheet, delivery: Delivery, judged_on: str) -> dict[str, str]:
     return {label(k, page.language): v for k, v in head.items() if v or k not in not_given}
 
 
-def supplier_verdict(delivery: Delivery, language: Literal["en", "de"], judged_on: str) -> Sheet:
+def supplier_verdict(delivery: Delivery, language: Language, judged_on: str) -> Sheet:
     """Write the page that the supplier gets: verdicts, reasons and rules, nothing of the vehicles.
 
     - `judged_on`: day, YYYY-MM-DD.
     """
     demand, sheet = delivery.demand, delivery.demand.sheet
     page = Sheet("", "", language)
-    say = page.say
+    say = page.language.say
     page.title = say("Acceptance of a delivery", "Abnahme einer Lieferung")
     page.subtitle = say(demand.title, demand.title.replace("mount ", "Lager ", 1))
     words = {verdict: said(verdict.name, language) for verdict in PartVerdict}

@@ -214,7 +214,7 @@ class CompressorSheet(PartSheet):
     def title(self) -> str:
         """Head of the page."""
         german = "Kompressorlager" if self.part == ALIKE else f"Kompressorlager {self.part}"
-        return self.say(
+        return self.language.say(
             f"Compressor {self.part}: dynamic stiffness for a quiet cabin",
             f"{german}: dynamische Steifigkeit für leise Fahrzeuge",
         )
@@ -222,7 +222,7 @@ class CompressorSheet(PartSheet):
     @property
     def description(self) -> str:
         """The part in words."""
-        return self.say(
+        return self.language.say(
             "rubber mount between a refrigerant compressor and the body",
             "Gummilager zwischen Kältemittelverdichter und Karosserie",
         )
@@ -290,7 +290,7 @@ class CompressorSheet(PartSheet):
     @property
     def classes(self) -> str:
         """What the class of the directions means."""
-        return self.say(
+        return self.language.say(
             "Preferred: asked for, no limit depends on it.",
             "Bevorzugt: gewünscht, kein Grenzwert hängt daran.",
         )
@@ -299,7 +299,7 @@ class CompressorSheet(PartSheet):
     def rests_on(self) -> str:
         """What the bands rest on, in one line."""
         half = PERCENT * max(self.parts.tolerance(column) for column in self.directions.values())
-        return self.say(
+        return self.language.say(
             f"± {half:.0f} % about the wanted design, three standard deviations of batch and piece "
             "together",
             f"± {half:.0f} % um den gewünschten Entwurf, drei Standardabweichungen von Charge und "
@@ -317,7 +317,7 @@ class CompressorSheet(PartSheet):
             for each in (self.parts.wanted, softest)
         )
         at_nominal, at_ends = (f"{value:.2f}" for value in travel)
-        say, line = self.say, f"{self.parts.reference_line:g}"
+        say, line = self.language.say, f"{self.parts.reference_line:g}"
         pressure = self.parts.index.case_names[0]
         weight = f"{self.parts.statics.mass * GRAVITY:.0f}"
         return (
@@ -386,7 +386,7 @@ class CompressorSheet(PartSheet):
     @property
     def worth_words(self) -> str:
         """What both tables show."""
-        return self.say(
+        return self.language.say(
             "Mean level of the compressor's first order at the driver's ear, mean over lines and "
             "cars, without scatter. Share of the variance of that level, where the stiffnesses "
             "vary within the bounds: by this one alone, and with others (Sobol indices); share of "
@@ -408,7 +408,7 @@ class CompressorSheet(PartSheet):
     @property
     def origin(self) -> dict[str, str]:
         """What the sheet follows from; an anonymous one names no run and no car."""
-        say, parts, index = self.say, self.parts, self.parts.index
+        say, parts, index = self.language.say, self.parts, self.parts.index
         low, high = index.frequency[0], index.frequency[-1]
         cases = zip(index.case_names, index.weights, strict=True)
         cars = index.response_names
@@ -432,16 +432,16 @@ class CompressorSheet(PartSheet):
         axes: dict[str, Sequence[float]] = {
             "axial": (0.0, 0.0, 1.0),
             "radial": (1.0, 0.0, 0.0),
-            self.say("radial, alike", "radial, gleich"): (0.0, 1.0, 0.0),
+            self.language.say("radial, alike", "radial, gleich"): (0.0, 1.0, 0.0),
         }
-        caption = self.say("Axes of the part.", "Achsen des Teils.")
+        caption = self.language.say("Axes of the part.", "Achsen des Teils.")
         return SheetCurves(axes=axes, axes_caption=caption, along=axes["axial"])
 
     @property
     def glossary(self) -> tuple[str, ...]:
         """Words that a reader may not know."""
         return (
-            self.say(
+            self.language.say(
                 "Static rate: wanted static stiffness. First order: sound at the frequency of the "
                 "rotor.",
                 "Statische Rate: gewünschte statische Steifigkeit. Erste Ordnung: Schall mit der "

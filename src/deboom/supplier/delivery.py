@@ -12,6 +12,7 @@ import pandas as pd
 from scipy.stats import linregress
 
 from deboom.arrays import RealArray
+from deboom.choices import Language
 from deboom.common import CONFIDENCE, N_PER_MM
 from deboom.errors import InputError
 from deboom.explore.scatter import Capability, capability, fewest_pieces, predicted_pieces
@@ -27,7 +28,6 @@ from deboom.files.acceptance import (
 from deboom.files.platform import platform_sha256
 from deboom.files.supplier_words import said
 from deboom.plot.style import mount_of
-from deboom.report.sheet import in_language
 from deboom.tabled import Tabled
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.limits import LimitedLevel, limited_response
@@ -76,13 +76,13 @@ class Cause:
     upper: float
     reference: float | None
 
-    def words(self, language: str) -> str:
-        """Say it in a language, ``en`` or ``de``."""
+    def words(self, language: Language) -> str:
+        """Say it in a language."""
         size, digits, unit = 1.0, 3, ""
         if self.reference is not None:
             size, digits, unit = N_PER_MM * self.reference, 1, " N/mm"
         measured, first, last = (
-            in_language(f"{size * value:.{digits}f}", language)
+            language.local(f"{size * value:.{digits}f}")
             for value in (self.measured, self.lower, self.upper)
         )
         return said(
@@ -111,7 +111,7 @@ class JudgedPart:
     axes: Mapping[str, PartVerdict]
     causes: tuple[Cause, ...]
 
-    def reason(self, language: str = "en") -> str:
+    def reason(self, language: Language = Language.en) -> str:
         """Which axis is outside, or too near to an end; empty where it passes."""
         return "; ".join(cause.words(language) for cause in self.causes)
 
@@ -193,7 +193,7 @@ class Batch:
             return PartVerdict.passed
         return PartVerdict.undecided
 
-    def reason(self, language: str = "en") -> str:
+    def reason(self, language: Language = Language.en) -> str:
         """Why it is not passed, and that too few cars keep the limit; empty where all is well."""
         words, counts = [], self.counts
         if counts[PartVerdict.failed]:
@@ -227,7 +227,7 @@ class Process:
     smallest_within: float
     drift: float
 
-    def words(self, language: str) -> str:
+    def words(self, language: Language) -> str:
         """Say what batch by batch does not show; empty where the batches are alike."""
         if not np.isfinite(self.drift):
             return ""
@@ -235,10 +235,10 @@ class Process:
             "drift",
             language,
             axis=f"{self.mount} {self.axis}",
-            drift=in_language(f"{100 * self.drift:+.1f}", language),
+            drift=language.local(f"{100 * self.drift:+.1f}"),
             n=self.n_batches,
-            ppk=in_language(f"{self.overall.cpk:.2f}", language),
-            cpk=in_language(f"{self.smallest_within:.2f}", language),
+            ppk=language.local(f"{self.overall.cpk:.2f}"),
+            cpk=language.local(f"{self.smallest_within:.2f}"),
         )
 
 

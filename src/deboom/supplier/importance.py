@@ -58,17 +58,13 @@ class ImportanceSheet:
     language: Language
     secrets: tuple[str, ...]
 
-    def say(self, english: str, german: str) -> str:
-        """Choose the words of the sheet's language."""
-        return german if self.language is Language.de else english
-
     @cached_property
     def vehicles(self) -> dict[str, str]:
         """Name of each vehicle on the sheet; letters where it is anonymous."""
         names = list(dict.fromkeys(self.indices["vehicle"]))
         if not self.secrets:
             return {name: name for name in names}
-        word = self.say("vehicle", "Fahrzeug")
+        word = self.language.say("vehicle", "Fahrzeug")
         return {name: f"{word} {_letters(number)}" for number, name in enumerate(names)}
 
     @cached_property
@@ -99,17 +95,17 @@ class ImportanceSheet:
     @property
     def tables(self) -> dict[str, pd.DataFrame]:
         """Sheets of the workbook, with labels."""
-        language = self.language.value
+        language = self.language
         keyed = {"sheet_importance": self.summary, "sheet_by_vehicle": self.by_vehicle}
         return {said(n, language): labelled(table, language) for n, table in keyed.items()}
 
     def page(self, foot: str) -> Sheet:
         """Write the page; `foot` is where it comes from."""
-        say, name = self.say, self.mount.name
+        say, name = self.language.say, self.mount.name
         page = Sheet(
             say(f"Mount {name}: what hangs on it", f"Lager {name}: was an ihm hängt"),
             self.mount.description,
-            self.language.value,
+            self.language,
         )
         page.section(
             say("Importance of each direction", "Bedeutung jeder Richtung"),
@@ -164,7 +160,7 @@ class ImportanceSheet:
         whole = len(self.vehicles)
         if count == whole:
             return ""
-        return self.say(
+        return self.language.say(
             f" The {count} of {whole} vehicles with the largest share; the workbook has all.",
             f" Die {count} von {whole} Fahrzeugen mit dem größten Anteil; die Mappe hat alle.",
         )
@@ -173,11 +169,11 @@ class ImportanceSheet:
         """Say what varied, and how far."""
         width = f"{PERCENT * self.width:g} %"
         if self.varied is Analysis.tolerance:
-            return self.say(
+            return self.language.say(
                 f"Each stiffness scatters as parts do, ±{width} as three standard deviations.",
                 f"Jede Steifigkeit streut wie Teile, ±{width} als drei Standardabweichungen.",
             )
-        return self.say(
+        return self.language.say(
             f"Each stiffness varies on its own, evenly within ±{width} of today's.",
             f"Jede Steifigkeit variiert für sich, gleichverteilt in ±{width} um die heutige.",
         )
@@ -217,7 +213,7 @@ def importance_sheets(
         if mount not in (None, name):
             continue
         sheet = ImportanceSheet(part, indices, varied, width, language, secrets)
-        title = sheet.say(f"Mount {name}", f"Lager {name}")
+        title = sheet.language.say(f"Mount {name}", f"Lager {name}")
         page, workbook = searched_documents(secrets, sheet.tables, title, partial(sheet.page, foot))
         file = f"{stem}_{name}" + "_anonymous" * anonymous
         contents |= {f"{file}.html": page.encode(), f"{file}.xlsx": workbook}

@@ -76,7 +76,7 @@ class MountSheet(PartSheet):
     @property
     def title(self) -> str:
         """Head of the page."""
-        return self.say(
+        return self.language.say(
             f"Mount {self.part}: dynamic stiffness for low booming noise",
             f"Lager {self.part}: dynamische Steifigkeit für wenig Brummen",
         )
@@ -252,7 +252,7 @@ class MountSheet(PartSheet):
     @property
     def worth_words(self) -> str:
         """What both tables show."""
-        text = self.say(
+        text = self.language.say(
             "Mean level of the vehicles at the driver's ear, mean over the lines. ± 90 % holds "
             "errors of all measurements; effects of parts do not simply add. Share of the variance "
             "of that level, where all stiffnesses vary within the bounds: by this one alone, and "
@@ -263,20 +263,20 @@ class MountSheet(PartSheet):
             "diese allein, und mit anderen (Sobol-Indizes).",
         )
         if isinstance(self.effects.expected, str):
-            text += self.say(
+            text += self.language.say(
                 " No expected change follows from this model and these data: the model's own error "
                 "is not in ±.",
                 " Aus diesem Modell und diesen Daten folgt keine erwartete Änderung: der Fehler "
                 "des Modells selbst ist nicht in ±.",
             )
         else:
-            text += self.say(
+            text += self.language.say(
                 " Expected is the change in cars, with what bodies, rubber and amplitudes may do.",
                 " Erwartet ist die Änderung in Fahrzeugen, mit dem, was Karosserien, Gummi und "
                 "Amplituden bewirken können.",
             )
         if "other_model" in self.levels:
-            text += self.say(
+            text += self.language.say(
                 " A second model of the vehicle gives the last column.",
                 " Ein zweites Modell des Fahrzeugs gibt die letzte Spalte.",
             )
@@ -321,7 +321,7 @@ class MountSheet(PartSheet):
     @cached_property
     def origin(self) -> dict[str, str]:
         """What the sheet follows from: item and value; an anonymous one names no run or level."""
-        say, study, box = self.say, self.study, self.sources.box
+        say, study, box = self.language.say, self.study, self.sources.box
         low, high = study.band
         items = {say("lines", "Linien"): f"{low:g}–{high:g} Hz"}
         for case, weight in study.load_cases:
@@ -353,7 +353,7 @@ class MountSheet(PartSheet):
     @property
     def rests_on(self) -> str:
         """What the bands rest on, in one line."""
-        box, say = self.sources.box, self.say
+        box, say = self.sources.box, self.language.say
         if box is not None:
             of = say(
                 "parts, in all vehicles," if box.together else "parts and vehicles",
@@ -386,7 +386,7 @@ class MountSheet(PartSheet):
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """Say what the data block holds for."""
-        say, demands = self.say, self.specification.directions
+        say, demands = self.language.say, self.specification.directions
         of_part = factor_name(self.study.index) == Factor.part.value
         states = [self.states[d.name] for d in demands if d.name in self.states and d.lower]
         texts = [
@@ -442,7 +442,7 @@ class MountSheet(PartSheet):
 
     def _preload_words(self, states: list[MachineState]) -> str:
         """Say what the preloads contain, and where their deflection counts from."""
-        say = self.say
+        say = self.language.say
         axes = say("Forces act on the body.", "Kräfte wirken auf die Karosserie.")
         moved = ", ".join(
             f"{state.direction.name} {say(*WAYS[state.direction.axis][state.preload > 0.0])}"
@@ -481,7 +481,7 @@ class MountSheet(PartSheet):
     def classes(self) -> str:
         """What the classes mean, with the amount that nobody hears."""
         amount = f"{NOTICEABLE:g}"
-        return self.say(
+        return self.language.say(
             "Must: accepted only inside the band; the noise limit sets at least one end of it. "
             "Preferred: wanted, but no limit depends on it. Free: today's part is good enough; "
             "anywhere in the band this direction alone changes no mean level and no booming peak "
@@ -496,7 +496,7 @@ class MountSheet(PartSheet):
     def glossary(self) -> tuple[str, ...]:
         """Words that a reader may not know."""
         return (
-            self.say(
+            self.language.say(
                 "Static rate: slope of the wanted static curve at the preload. Booming: low drone "
                 "in the cabin at full load and low engine speed.",
                 "Statische Rate: Steigung der gewünschten statischen Kennlinie bei der Vorlast. "
@@ -507,7 +507,7 @@ class MountSheet(PartSheet):
     @cached_property
     def curves(self) -> SheetCurves:
         """Today's part and the band of every direction, dynamic and static."""
-        say = self.say
+        say = self.language.say
         driven, now = say("today, in the vehicle", "heute, im Fahrzeug"), self.word("design today")
         nominal, band = say("nominal", "Nennwert"), say("band", "Band")
         colour = mount_colours([m.name for m in self.study.platform.mounts])[self.part]
@@ -554,11 +554,11 @@ class MountSheet(PartSheet):
             for piece in self.mount.tilted_pieces
         ]
         if not turned:
-            return self.say(
+            return self.language.say(
                 "The axes of the part are those of the vehicle.",
                 "Achsen des Teils: die des Fahrzeugs.",
             )
-        return self.say(
+        return self.language.say(
             "Axes of the part, turned about the vehicle's x, y, z: ",
             "Achsen des Teils, gedreht um x, y, z des Fahrzeugs: ",
         ) + ", ".join(turned)
@@ -581,7 +581,7 @@ class MountSheet(PartSheet):
         curves: dict[str, RealArray] = {}
         if x.size:
             curves = {now: today, nominal: 0.5 * (low + high) * today}
-        torque = self.say("over wheel torque [N m]", "über Radmoment [N m]")
+        torque = self.language.say("over wheel torque [N m]", "über Radmoment [N m]")
         panel = plot.CurvePanel(
             demand.name if state.over_force else f"{demand.name}, {torque}",
             x if x.size else state.points[0],
@@ -631,8 +631,8 @@ class MountSheet(PartSheet):
             {now: today[shown], nominal: ends[2, shown]},
             at_state,
             ranges={band: (lower, upper)},
-            x_label=self.say("deflection [mm]", "Einfederung [mm]"),
-            y_label=self.say("static force [N]", "statische Kraft [N]"),
+            x_label=self.language.say("deflection [mm]", "Einfederung [mm]"),
+            y_label=self.language.say("static force [N]", "statische Kraft [N]"),
         )
         return panel, pd.DataFrame(rows | {"curve_lower": lower, "curve_upper": upper})
 

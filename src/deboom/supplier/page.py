@@ -67,8 +67,8 @@ def show(
 
 def sheet_page(content: PartSheet, foot: str) -> Sheet:
     """Write the two pages of a part's sheet; `foot` is where it comes from."""
-    say, units = content.say, content.units
-    page = Sheet(content.title, content.description, content.language.value)
+    say, units = content.language.say, content.units
+    page = Sheet(content.title, content.description, content.language)
     page.fields({content.label(key): value for key, value in content.head.items()})
     page.section(say("Data block", "Datenblock"))
     curves = content.curves
@@ -148,7 +148,7 @@ def _all_decide(content: PartSheet) -> bool:
 
 def _test_words(content: PartSheet) -> str:
     """Say how a part is tested, by which standard."""
-    say = content.say
+    say = content.language.say
     standard = say(
         "Dynamic transfer stiffness by ISO 10846-2 (direct method): the body side is held on a "
         "force transducer, the other side is moved under preload. Force and displacement of the "
@@ -201,7 +201,7 @@ def _test_words(content: PartSheet) -> str:
 
 def _figures(page: Sheet, content: PartSheet) -> None:
     """Show dynamic stiffness over force, and force over deflection where it was measured."""
-    say, curves = content.say, content.curves
+    say, curves = content.language.say, content.curves
     panels = (*curves.dynamic, *curves.static)
     if not panels:
         return
@@ -267,7 +267,7 @@ def searched_documents(
 
 def documents(content: PartSheet, foot: str) -> tuple[str, bytes]:
     """Return page and workbook of a part's sheet, searched for what they must not tell."""
-    title = content.say(f"Mount {content.part}", f"Lager {content.part}")
+    title = content.language.say(f"Mount {content.part}", f"Lager {content.part}")
     return searched_documents(
         content.secrets, content.tables, title, partial(sheet_page, content, foot)
     )
@@ -283,7 +283,7 @@ def provenance(
     given = "".join(f" --{k} {_from_here(v)}" for k, v in vars(files).items() if v is not None)
     wanted = _from_here(pick) if isinstance(pick, Path) else pick.value
     design = "" if pick is Pick.best_mean else f" --design {wanted}"
-    words = f"--supplier --mount {content.part} --language {content.language.value}"
+    words = f"--supplier --mount {content.part} --language {content.language}"
     return f"{text}, {entry.name} · deboom report {_from_here(entry.folder)} {words}{design}{given}"
 
 

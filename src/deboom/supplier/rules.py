@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from deboom.choices import Language
 from deboom.common import CONFIDENCE, PERCENT
 from deboom.files.acceptance import AGREES, STATE_TOLERANCE
-from deboom.report.sheet import in_language
 from deboom.supplier.delivery import INTERVAL
 
 
 def acceptance_rules(
-    language: str,
+    language: Language,
     *,
     share: float,
     uncertainty: float | None,
@@ -20,8 +20,7 @@ def acceptance_rules(
 
     Parameters
     ----------
-    language : str
-        ``en`` or ``de``.
+    language : Language
     share : float
         Share of the pieces that must lie inside [1].
     uncertainty : float or None
@@ -31,12 +30,10 @@ def acceptance_rules(
     of_sheet : bool
         Parts are measured at the states of a sheet; otherwise at the condition of a box.
     """
-
-    def say(english: str, german: str) -> str:
-        return german if language == "de" else english
+    say = language.say
 
     def percent(value: float) -> str:
-        return in_language(f"{PERCENT * value:.4g} %", language)
+        return language.local(f"{PERCENT * value:.4g} %")
 
     force, moved, line = (percent(value) for value in STATE_TOLERANCE.values())
     guard = f"± {percent(uncertainty)}" if uncertainty else ""
@@ -98,7 +95,7 @@ def acceptance_rules(
         ),
     ]
     if cpk is not None:
-        wanted = in_language(f"{cpk:.4g}", language)
+        wanted = language.local(f"{cpk:.4g}")
         bound = percent(CONFIDENCE)
         rules.append(
             say(

@@ -277,22 +277,17 @@ class PartSheet(ABC):
     def glossary(self) -> tuple[str, ...]:
         """Words that a reader may not know."""
 
-    def say(self, english: str, german: str) -> str:
-        """Choose the words of the sheet's language."""
-        return german if self.language is Language.de else english
-
     def word(self, key: str) -> str:
         """Return a word of the table in the sheet's language."""
-        return said(key, self.language.value)
+        return said(key, self.language)
 
     def label(self, key: str) -> str:
         """Return the label of a column in the sheet's language."""
-        return label(key, self.language.value)
+        return label(key, self.language)
 
     def percent(self, share: float) -> str:
         """Write a share [1] in per cent, with the decimal sign of the language."""
-        text = f"{PERCENT * share:.4g} %"
-        return self.say(text, text.replace(".", ","))
+        return self.language.local(f"{PERCENT * share:.4g} %")
 
     def specified(
         self,
@@ -306,7 +301,7 @@ class PartSheet(ABC):
         return SupplierSpecification(
             mount=self.part,
             revision=number.revision or "",
-            language=self.language.value,
+            language=self.language,
             box_sha256=box_sha256,
             share_stated=share_stated,
             uncertainty=agreed.test.uncertainty,
@@ -451,7 +446,7 @@ class PartSheet(ABC):
         if not sheet.musts or sheet.share_stated is None:
             return ()
         return acceptance_rules(
-            self.language.value,
+            self.language,
             share=sheet.share_stated,
             uncertainty=sheet.uncertainty,
             cpk=sheet.cpk,
@@ -512,9 +507,9 @@ class PartSheet(ABC):
     def basis(self) -> pd.DataFrame:
         """What the sheet follows from: item and value."""
         items = {
-            self.say("bands", "Bänder"): self.rests_on,
+            self.language.say("bands", "Bänder"): self.rests_on,
             **self.origin,
-            self.say("checksum of this sheet", "Prüfsumme dieses Blatts"): (
+            self.language.say("checksum of this sheet", "Prüfsumme dieses Blatts"): (
                 self.specification.checksum
             ),
         }
@@ -556,7 +551,7 @@ class PartSheet(ABC):
         moved = [
             {
                 "direction": self.specification.directions[row].name,
-                "field": label(key, self.language.value, self.units.get(key)),
+                "field": label(key, self.language, self.units.get(key)),
                 "was": was,
             }
             for (row, key), was in self.changes.items()
@@ -576,7 +571,7 @@ class PartSheet(ABC):
             "sheet_curves": self.curves.points,
         }
         tables = {
-            self.word(name): labelled(table, self.language.value, self.units)
+            self.word(name): labelled(table, self.language, self.units)
             for name, table in keyed.items()
             if len(table)
         }

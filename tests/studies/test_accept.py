@@ -12,6 +12,7 @@ from acceptance_samples import acceptance_box, variable
 from scipy.stats import norm
 
 from command_line import call, refused
+from deboom.choices import Language
 from deboom.errors import InputError
 from deboom.files.acceptance import (
     BoxResponse,
@@ -174,7 +175,10 @@ def test_a_batch_in_a_corner_passes_and_the_supplier_reads_why_it_is_named(tmp_p
     )
     delivery = judged_delivery(demand, parts, read_platform(PLATFORM), 0.0, seed=1)
     assert delivery.batches[0].verdict is PartVerdict.passed
-    for language, reason in (("en", "lies in a corner of the box"), ("de", "liegt in einer Ecke")):
+    for language, reason in (
+        (Language.en, "lies in a corner of the box"),
+        (Language.de, "liegt in einer Ecke"),
+    ):
         page = supplier_verdict(delivery, language, "2026-11-26").html()
         assert page.count(reason) == 1
         assert demand.checksum[:12] in page

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from deboom.choices import Language
 from deboom.errors import InputError
 from deboom.files.acceptance import SheetDirection, SupplierSpecification
 from deboom.files.supplier_words import WORDS, decimals_of, label, labelled, said
@@ -32,7 +33,7 @@ TABLES = {
 }
 
 
-@pytest.mark.parametrize("language", ["en", "de"])
+@pytest.mark.parametrize("language", list(Language))
 @pytest.mark.parametrize("table", TABLES)
 def test_labels_of_a_table_are_words_of_the_table_and_tell_columns_apart(table, language):
     labels = [label(key, language) for key in TABLES[table]]
@@ -53,16 +54,16 @@ def test_both_languages_say_the_same_with_the_same_numbers():
 
 
 def test_a_unit_stands_in_the_label_and_may_be_the_programmes():
-    assert label("cpk", "de") == "Cpk mindestens [1]"
-    assert label("gain", "de").endswith("[0,001 dB]")
-    assert label("saving", "en", "EUR") == "saving [EUR]"
+    assert label("cpk", Language.de) == "Cpk mindestens [1]"
+    assert label("gain", Language.de).endswith("[0,001 dB]")
+    assert label("saving", Language.en, "EUR") == "saving [EUR]"
     frame = pd.DataFrame({"saving": [0.5], "direction": ["TSM x"]})
-    assert list(labelled(frame, "en", {"saving": "USD"})) == ["saving [USD]", "direction"]
-    assert decimals_of(pd.DataFrame({"lower_share": [np.nan]}), "en") == {}
+    assert list(labelled(frame, Language.en, {"saving": "USD"})) == ["saving [USD]", "direction"]
+    assert decimals_of(pd.DataFrame({"lower_share": [np.nan]}), Language.en) == {}
 
 
 def test_a_key_that_is_no_word_is_refused_by_name():
     with pytest.raises(InputError, match="has no 'colour'"):
-        said("colour", "en")
+        said("colour", Language.en)
     with pytest.raises(InputError, match="has no 'colour'"):
-        labelled(pd.DataFrame({"colour": [1]}), "de")
+        labelled(pd.DataFrame({"colour": [1]}), Language.de)

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from deboom.choices import Language
 from deboom.errors import InputError
 from deboom.files import tables
 from deboom.files.tables import read_frame
@@ -220,7 +221,7 @@ def test_no_input_can_add_markup():
 def test_a_sheet_has_the_decimal_sign_of_its_language_and_marks_what_moved():
     frame = pd.DataFrame({"direction": ["x", EVIL], "K [N/mm]": [-1.25, 3.5], "Cpk [1]": 1.33})
     pages = {}
-    for language in ("en", "de"):
+    for language in Language:
         sheet = Sheet(EVIL, EVIL, language)
         sheet.fields({"drawing": "", "part": EVIL})
         sheet.rules((EVIL, "second"))

@@ -47,9 +47,9 @@ from typing import Annotated
 from typer import Argument, Option
 
 from deboom.choices import CalibrationLevel
-from deboom.compressor.identification import IdentifyOptions
-from deboom.compressor.identified_test import CompressorTruth
-from deboom.compressor.virtual_point_fit import THESIS_BANDS
+from deboom.compressor.identification_results import CompressorTruth
+from deboom.compressor.identified_compressor import IdentifyOptions
+from deboom.compressor.inertance_fit import THESIS_BANDS
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import InertanceTest, refuse_contradictions
 from deboom.measurement.free_body import free_body

@@ -64,9 +64,9 @@ from deboom.compressor.acceptance import (
     stiffness_characteristic,
     unbalance_characteristic,
 )
-from deboom.compressor.identification import Identification, IdentifyOptions
-from deboom.compressor.identified_test import CompressorTruth, errors_of
-from deboom.compressor.identify import identify
+from deboom.compressor.hammer_identification import identify
+from deboom.compressor.identification_results import CompressorTruth, errors_of
+from deboom.compressor.identified_compressor import Identification, IdentifyOptions
 from deboom.compressor.measured_unbalance import UnbalanceTruth
 from deboom.compressor.unbalance import RouteResult, Unbalance, UnbalanceOptions, unbalance
 from deboom.files.inertance_test import read_inertance_test

@@ -33,9 +33,9 @@ from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import load_bench, read_data
 from deboom.choices import CalibrationLevel
-from deboom.compressor.identification import IdentifyOptions
-from deboom.compressor.identified_test import errors_of
-from deboom.compressor.identify import identify
+from deboom.compressor.hammer_identification import identify
+from deboom.compressor.identification_results import errors_of
+from deboom.compressor.identified_compressor import IdentifyOptions
 from deboom.compressor.unbalance import CALIBRATED_MEASUREMENT, UnbalanceOptions, unbalance
 from deboom.explore.doe import latin_hypercube
 from deboom.explore.sensitivity import design_inputs, fast_sobol_indices, sobol_designs

@@ -2,8 +2,8 @@ from . import bench as bench
 from . import plot as plot
 from .compressor.cabin_noise import cabin_noise as cabin_noise
 from .compressor.cabin_noise import running_in_car as running_in_car
+from .compressor.hammer_identification import identify as identify
 from .compressor.hose_identification import identify_hoses as identify_hoses
-from .compressor.identify import identify as identify
 from .compressor.unbalance import unbalance as unbalance
 from .errors import InputError as InputError
 from .explore.box import BoxQuestion as BoxQuestion

@@ -7,10 +7,10 @@ import pytest
 
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
-from deboom.compressor.calibrate import hold_out_lines
-from deboom.compressor.identifiability import quantities, quantity_deviations
-from deboom.compressor.identification import ALARM, IdentifyOptions, misplaced
-from deboom.compressor.identify import identify
+from deboom.compressor.hammer_identification import identify
+from deboom.compressor.identified_compressor import ALARM, IdentifyOptions, misplaced
+from deboom.compressor.parameter_information import quantities, quantity_deviations
+from deboom.compressor.self_calibration import hold_out_lines
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
 from deboom.files.truth import read_compressor_truth

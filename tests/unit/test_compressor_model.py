@@ -23,8 +23,7 @@ from deboom.compressor.acceptance import (
     stiffness_characteristic,
     unbalance_characteristic,
 )
-from deboom.compressor.calibrate import SelfCalibration
-from deboom.compressor.identification import HosePresence, IdentifyOptions
+from deboom.compressor.identified_compressor import HosePresence, IdentifyOptions
 from deboom.compressor.measured_unbalance import (
     AUTOMATIC,
     MeasuredUnbalance,
@@ -48,6 +47,7 @@ from deboom.compressor.parameters import (
     mass_parameters,
 )
 from deboom.compressor.routes import CALIBRATED_MEASUREMENT, UPDATED
+from deboom.compressor.self_calibration import SelfCalibration
 from deboom.compressor.sources import ResidualBand
 from deboom.compressor.unbalance import Unbalance, UnbalanceOptions
 from deboom.errors import InputError

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from deboom.compressor.acceptance import DYNAMIC, STATIC
+from deboom.compressor.operating_fit import _inverse
 from deboom.compressor.routes import ONE_FACTOR, FactorOverFrequency
-from deboom.compressor.source_fit import _inverse
 from deboom.compressor.sources import ResidualBand
 from deboom.compressor.unbalance import UnbalanceOptions, load_alarms, sweeps_of, within_hammer_test
 from deboom.errors import InputError

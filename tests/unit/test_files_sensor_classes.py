@@ -15,8 +15,8 @@ from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.compressor_rig import placement_errors
 from deboom.bench.compressor_writer import tolerance_section, write_compressor_test
 from deboom.choices import CalibrationLevel
-from deboom.compressor.identification import IdentifyOptions
-from deboom.compressor.identify import identify
+from deboom.compressor.hammer_identification import identify
+from deboom.compressor.identified_compressor import IdentifyOptions
 from deboom.errors import DataWarning, InputError
 from deboom.files.campaign import ToleranceEntry, read_campaign
 from deboom.files.check import check_folder

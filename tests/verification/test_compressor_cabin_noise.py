@@ -27,8 +27,8 @@ from deboom.bench.powertrain import read_data
 from deboom.choices import CompressorCase
 from deboom.compressor import body_loads, cabin_index
 from deboom.compressor.cabin_noise import cabin_noise, noise_bands, running_in_car
-from deboom.compressor.identification import IdentifyOptions
-from deboom.compressor.identify import identify
+from deboom.compressor.hammer_identification import identify
+from deboom.compressor.identified_compressor import IdentifyOptions
 from deboom.compressor.mount_shares import mount_shares
 from deboom.errors import InputError
 from deboom.explore.robust import Robust

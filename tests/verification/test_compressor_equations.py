@@ -14,7 +14,7 @@ from thesis_samples import complex_normal, deviation
 
 from deboom.bench.compressor_truth import CompressorPlan, true_compressor
 from deboom.choices import CompressorCase
-from deboom.compressor import model, thesis_fit
+from deboom.compressor import model, thesis_parameter_fit
 from deboom.compressor.unbalance_load import RotationSense, unbalance_load
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
@@ -354,12 +354,12 @@ def test_table_11_leaves_the_bounds_that_the_thesis_states():
     change = np.abs(TABLE_11_N_MM - TABLE_10_N_MM)
     assert change[:, 0].min() > 6
     assert np.all(change[:, 0] / TABLE_10_N_MM[:, 0] > 0.25)
-    assert np.all(change / TABLE_10_N_MM <= thesis_fit.STIFFNESS_BOUND)
+    assert np.all(change / TABLE_10_N_MM <= thesis_parameter_fit.STIFFNESS_BOUND)
     moved = np.abs(TABLE_11_MM - TABLE_10_MM)
     assert moved.max() == pytest.approx(12.51)  # at the bound of 12.5 mm
-    assert np.all(1e-3 * moved <= thesis_fit.POSITION_BOUND)
+    assert np.all(1e-3 * moved <= thesis_parameter_fit.POSITION_BOUND)
     turned = np.deg2rad(np.abs(TABLE_11_DEG - TABLE_10_DEG))
-    assert np.all(turned <= thesis_fit.ROTATION_BOUND + 1e-12)
+    assert np.all(turned <= thesis_parameter_fit.ROTATION_BOUND + 1e-12)
 
 
 def test_inertia_of_300_is_kg_cm2():
@@ -369,6 +369,8 @@ def test_inertia_of_300_is_kg_cm2():
         gyration = np.sqrt(300e-4 / mass)
         assert 0.05 < gyration < 0.08  # a body of a hand's size
         assert np.sqrt(300 / mass) > 6  # metres, if it were kg m²
-    assert 2.5e-4 < thesis_fit.PRODUCT_BOUND < 0.1 * 300e-4  # products of 2.5 kg cm² fit inside
+    assert (
+        2.5e-4 < thesis_parameter_fit.PRODUCT_BOUND < 0.1 * 300e-4
+    )  # products of 2.5 kg cm² fit inside
     with pytest.raises(InputError, match="no body has the principal moments"):
         model.CompressorModel(7.2, CENTRE, np.diag([0.01, 0.02, 0.04]), MODEL.stiffness, GAIN)

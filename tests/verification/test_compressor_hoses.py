@@ -12,6 +12,7 @@ from deboom.bench.compressor_rig import OperationPlan, measured, operation, true
 from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
 from deboom.choices import CalibrationLevel, HoseCase
+from deboom.compressor.hammer_identification import identify
 from deboom.compressor.hose_identification import DRAWN, identify_hoses
 from deboom.compressor.hose_presence import hose_reactions, hoses_in_hammer_test, hoses_in_sweep
 from deboom.compressor.hoses import (
@@ -25,8 +26,7 @@ from deboom.compressor.hoses import (
     port_forces,
     sweep_pairs,
 )
-from deboom.compressor.identification import IdentifyOptions
-from deboom.compressor.identify import identify
+from deboom.compressor.identified_compressor import IdentifyOptions
 from deboom.compressor.model import applied
 from deboom.compressor.routes import CALIBRATED_MEASUREMENT
 from deboom.compressor.unbalance import UnbalanceOptions, unbalance

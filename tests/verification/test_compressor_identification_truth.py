@@ -8,26 +8,30 @@ import pytest
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.choices import CalibrationLevel, CompressorCase
-from deboom.compressor.calibrate import deviation_from_coherence
-from deboom.compressor.identifiability import (
-    gain_deviation,
-    identifiability,
-    quantities,
-    quantity_deviations,
-)
-from deboom.compressor.identification import IdentifyOptions
-from deboom.compressor.identified_test import errors_of
-from deboom.compressor.identify import frac, identify, modal_likeness
-from deboom.compressor.model import GAIN_PARAMETERS, CompressorModel, GainFactor
-from deboom.compressor.mount_shares import mount_shares
-from deboom.compressor.parameters import MinimalParameters
-from deboom.compressor.thesis_fit import fit_thesis_parameters, thesis_bounds, thesis_start
-from deboom.compressor.virtual_point_fit import (
+from deboom.compressor.hammer_identification import frac, identify, modal_likeness
+from deboom.compressor.identification_results import errors_of
+from deboom.compressor.identified_compressor import IdentifyOptions
+from deboom.compressor.inertance_fit import (
     Bounds,
     fit_at_virtual_point,
     in_bands,
     inertance_and_apparent_mass,
     linear_start,
+)
+from deboom.compressor.model import GAIN_PARAMETERS, CompressorModel, GainFactor
+from deboom.compressor.mount_shares import mount_shares
+from deboom.compressor.parameter_information import (
+    gain_deviation,
+    identifiability,
+    quantities,
+    quantity_deviations,
+)
+from deboom.compressor.parameters import MinimalParameters
+from deboom.compressor.self_calibration import deviation_from_coherence
+from deboom.compressor.thesis_parameter_fit import (
+    fit_thesis_parameters,
+    thesis_bounds,
+    thesis_start,
 )
 from deboom.errors import InputError
 from deboom.files.compressor_model import compressor_document

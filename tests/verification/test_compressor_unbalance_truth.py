@@ -24,8 +24,8 @@ from deboom.bench.compressor_rig import running
 from deboom.bench.compressor_truth import drawn_hoses
 from deboom.choices import SofteningLaw
 from deboom.compressor import routes
-from deboom.compressor.identification import IdentifyOptions
-from deboom.compressor.identify import calibration_of, identify
+from deboom.compressor.hammer_identification import calibration_of, identify
+from deboom.compressor.identified_compressor import IdentifyOptions
 from deboom.compressor.model import HyperbolicAmplitude
 from deboom.compressor.mount_shares import HyperbolicMounts, SofteningMounts, softening_mounts
 from deboom.compressor.unbalance import UnbalanceOptions, unbalance

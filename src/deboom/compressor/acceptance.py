@@ -12,9 +12,9 @@ from scipy.special import ndtri
 
 from deboom.arrays import RealArray, checked
 from deboom.common import DOFS
-from deboom.compressor.identifiability import propagated
-from deboom.compressor.identification import ALARM, Identification
+from deboom.compressor.identified_compressor import ALARM, Identification
 from deboom.compressor.model import CompressorModel
+from deboom.compressor.parameter_information import propagated
 from deboom.compressor.unbalance import Unbalance
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import HoseState

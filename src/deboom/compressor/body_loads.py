@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.hoses import hose_matrices, motion_at_virtual_point, running_mass
-from deboom.compressor.identification import Identification
+from deboom.compressor.identified_compressor import Identification
 from deboom.compressor.model import applied
 from deboom.compressor.mount_shares import stiffness_of_mounts
 from deboom.errors import InputError

@@ -19,7 +19,7 @@ from deboom.compressor.body_loads import (
     on_rigid_foundation,
 )
 from deboom.compressor.hose_identification import HoseIdentification, identify_hoses
-from deboom.compressor.identification import Identification
+from deboom.compressor.identified_compressor import Identification
 from deboom.compressor.model import GainFactor
 from deboom.compressor.mount_shares import DRAWN_PLACE, STIFFNESS_NUMBERS, MountShares, mount_shares
 from deboom.compressor.routes import UPDATED

@@ -15,7 +15,6 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import RealArray
-from deboom.compressor.calibrate import evaluated_together
 from deboom.compressor.hoses import (
     BEAM_NUMBERS,
     BEAM_UNITS,
@@ -29,8 +28,9 @@ from deboom.compressor.hoses import (
     separation_statement,
     sweep_pairs,
 )
-from deboom.compressor.identifiability import Knowledge, knowledge
-from deboom.compressor.identification import Identification
+from deboom.compressor.identified_compressor import Identification
+from deboom.compressor.parameter_information import Knowledge, knowledge
+from deboom.compressor.self_calibration import evaluated_together
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.measurement.compressor_test import HoseDrawing, HoseState, OperatingTest
 from deboom.tabled import Tabled

@@ -19,11 +19,11 @@ from deboom.compressor.hoses import (
     running_mass,
     sweep_pairs,
 )
-from deboom.compressor.identification import HOSE_ALARM, HosePresence, Identification
+from deboom.compressor.identified_compressor import HOSE_ALARM, HosePresence, Identification
+from deboom.compressor.inertance_fit import thinned
 from deboom.compressor.model import applied
 from deboom.compressor.routes import MountsApart
 from deboom.compressor.unbalance_load import RotationSense, gas_columns, rotor_columns
-from deboom.compressor.virtual_point_fit import thinned
 from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import HoseDrawing, OperatingSweep, OperatingTest
 

@@ -14,11 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray, derivatives
-from deboom.compressor.calibrate import deviation_from_coherence
-from deboom.compressor.identification import Identification
+from deboom.compressor.identified_compressor import Identification
+from deboom.compressor.inertance_fit import thinned
 from deboom.compressor.routes import FactorOverFrequency
+from deboom.compressor.self_calibration import deviation_from_coherence
 from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
-from deboom.compressor.virtual_point_fit import thinned
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import (
     HoseDrawing,

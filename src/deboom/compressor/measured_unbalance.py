@@ -12,7 +12,7 @@ import numpy as np
 from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.acceptance import ComponentLimits, ComponentVerdict
 from deboom.compressor.hose_presence import HoseReaction, hose_reactions
-from deboom.compressor.identification import Identification
+from deboom.compressor.identified_compressor import Identification
 from deboom.compressor.unbalance import (
     RouteResult,
     Unbalance,

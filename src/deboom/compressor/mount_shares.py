@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from scipy.stats import chi2
 
 from deboom.arrays import ComplexArray, RealArray, checked, derivatives
-from deboom.compressor.identification import Identification
+from deboom.compressor.identified_compressor import Identification
 from deboom.compressor.model import HyperbolicAmplitude, MountsOverStroke, mount_strokes
 from deboom.compressor.parameters import N_MASS, N_STIFFNESS, MinimalParameters
 from deboom.compressor.routes import STATED_AT, MountsApart

@@ -20,11 +20,11 @@ from deboom.compressor.cabin_index import (
     mount_variables,
 )
 from deboom.compressor.cabin_noise import RunningInCar, running_in_car
+from deboom.compressor.hammer_identification import identify
 from deboom.compressor.hoses import hose_matrices
-from deboom.compressor.identifiability import propagated
-from deboom.compressor.identification import Identification, IdentifyOptions
-from deboom.compressor.identify import identify
+from deboom.compressor.identified_compressor import Identification, IdentifyOptions
 from deboom.compressor.model import CompressorModel
+from deboom.compressor.parameter_information import propagated
 from deboom.compressor.sources import case_name, source_loads
 from deboom.compressor.unbalance_load import gyroscopic_mass
 from deboom.errors import InputError

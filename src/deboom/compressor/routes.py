@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
-from deboom.compressor.calibrate import Placement, SelfCalibration
-from deboom.compressor.identification import Identification
+from deboom.compressor.identified_compressor import Identification
 from deboom.compressor.model import applied
+from deboom.compressor.self_calibration import Placement, SelfCalibration
 from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.compressor_test import OperatingSweep

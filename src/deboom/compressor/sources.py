@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray, RealOrComplexArray
-from deboom.compressor.identification import ALARM
+from deboom.compressor.identified_compressor import ALARM
 from deboom.compressor.model import applied
+from deboom.compressor.operating_fit import SourceFit
 from deboom.compressor.routes import OperatingLoad, RouteModel, mount_covariance, noise_covariance
-from deboom.compressor.source_fit import SourceFit
 from deboom.compressor.unbalance_load import (
     GAS_UNITS,
     N_GAS,

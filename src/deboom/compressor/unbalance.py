@@ -11,15 +11,23 @@ import pandas as pd
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.choices import SofteningLaw
+from deboom.compressor.hammer_identification import calibration_of
 from deboom.compressor.hose_presence import hoses_in_sweep
-from deboom.compressor.identification import ALARM, HosePresence, Identification
-from deboom.compressor.identify import calibration_of
+from deboom.compressor.identified_compressor import ALARM, HosePresence, Identification
 from deboom.compressor.model import CompressorModel, ModalTable
 from deboom.compressor.mount_shares import (
     HyperbolicMounts,
     SofteningMounts,
     changes_of_single_mounts,
     softening_mounts,
+)
+from deboom.compressor.operating_fit import (
+    MountState,
+    SenseOfRotation,
+    SourceFit,
+    fit_source,
+    mount_state,
+    sense_of_rotation,
 )
 from deboom.compressor.routes import (
     CALIBRATED_MEASUREMENT,
@@ -37,14 +45,6 @@ from deboom.compressor.routes import (
     RouteModel,
     operating_load,
     operating_motion,
-)
-from deboom.compressor.source_fit import (
-    MountState,
-    SenseOfRotation,
-    SourceFit,
-    fit_source,
-    mount_state,
-    sense_of_rotation,
 )
 from deboom.compressor.sources import (
     LoadUncertainty,

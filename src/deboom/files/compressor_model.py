@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from deboom.compressor.identification import Identification
+from deboom.compressor.identified_compressor import Identification
 from deboom.compressor.model import GAIN_PARAMETERS, MountsOverStroke
 from deboom.compressor.parameters import MinimalParameters
 from deboom.errors import InputError

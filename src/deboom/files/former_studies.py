@@ -77,15 +77,24 @@ MOVED_NAMES: Mapping[str, Mapping[str, str]] = {
         "SetTruth": "deboom.mounts.characterised_bench.SetTruth",
         "read_set_truth": "deboom.files.truth.read_set_truth",
     },
+    "deboom.compressor.identification": {
+        "IdentifyOptions": "deboom.compressor.identified_compressor.IdentifyOptions",
+    },
+    "deboom.compressor.virtual_point_fit": {
+        "THESIS_BANDS": "deboom.compressor.inertance_fit.THESIS_BANDS",
+    },
     "deboom.explore.robust": {
         "DesignLimits": "deboom.explore.robust.Limits",
+    },
+    "deboom.files.front_run": {
+        "SupplierStudy": "deboom.pages.supplier_study.SupplierStudy",
     },
     "deboom.files.limits": {
         "mount_limits": "deboom.files.design_limits.read_mount_limits",
     },
     "deboom.pages.compressor_identification": {
         "Beside": "deboom.runs.compressor_tests.Beside",
-        "CompressorTruth": "deboom.compressor.identified_test.CompressorTruth",
+        "CompressorTruth": "deboom.compressor.identification_results.CompressorTruth",
         "STEPS": "deboom.runs.compressor_tests.IDENTIFICATION_STEPS",
         "identified_test": "deboom.runs.compressor_tests.identified_test",
         "identified_virtual": "deboom.runs.compressor_tests.identified_virtual",

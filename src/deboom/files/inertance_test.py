@@ -12,7 +12,7 @@ from pydantic import Field
 
 from deboom.arrays import RealArray
 from deboom.choices import FolderKind
-from deboom.compressor.identify import hammer_test_doubts
+from deboom.compressor.hammer_identification import hammer_test_doubts
 from deboom.errors import InputError, naming
 from deboom.files.function_table import FRF, Dof, FunctionMatrix
 from deboom.files.hammer_test import read_hammer_test

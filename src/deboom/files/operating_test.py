@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.choices import FolderKind
-from deboom.compressor.identify import hammer_test_doubts
+from deboom.compressor.hammer_identification import hammer_test_doubts
 from deboom.errors import InputError, naming
 from deboom.files.function_table import (
     TIME_SIGNAL,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from deboom.compressor.identified_test import CompressorTruth
+from deboom.compressor.identification_results import CompressorTruth
 from deboom.compressor.measured_unbalance import UnbalanceTruth
 from deboom.compressor.model import CompressorModel, GainFactor
 from deboom.errors import InputError

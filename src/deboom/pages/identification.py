@@ -12,14 +12,8 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import ComplexArray, RealArray
-from deboom.compressor.identifiability import (
-    PRIOR_DOMINATED,
-    REFERENCE_FREQUENCY,
-    gain_deviation,
-    quantities,
-)
-from deboom.compressor.identification import ALARM, Identification
-from deboom.compressor.identified_test import (
+from deboom.compressor.hammer_identification import frac, modal_likeness
+from deboom.compressor.identification_results import (
     CompressorTruth,
     IdentifiedTest,
     calibrated_inertance,
@@ -29,11 +23,17 @@ from deboom.compressor.identified_test import (
     identifiability_table,
     placement_table,
 )
-from deboom.compressor.identify import frac, modal_likeness
+from deboom.compressor.identified_compressor import ALARM, Identification
+from deboom.compressor.inertance_fit import START_GAIN
 from deboom.compressor.model import gain_from_parameters
 from deboom.compressor.mount_shares import MountShares
-from deboom.compressor.thesis_fit import ThesisFit
-from deboom.compressor.virtual_point_fit import START_GAIN
+from deboom.compressor.parameter_information import (
+    PRIOR_DOMINATED,
+    REFERENCE_FREQUENCY,
+    gain_deviation,
+    quantities,
+)
+from deboom.compressor.thesis_parameter_fit import ThesisFit
 from deboom.errors import InputError
 from deboom.files.compressor_model import compressor_document
 from deboom.measurement.channels import Frf

@@ -26,9 +26,9 @@ from deboom.compressor.cabin_noise import (
     noise_bands,
     running_in_car,
 )
-from deboom.compressor.identification import Identification, IdentifyOptions
-from deboom.compressor.identified_test import CompressorTruth, IdentifiedTest
-from deboom.compressor.identify import identify
+from deboom.compressor.hammer_identification import identify
+from deboom.compressor.identification_results import CompressorTruth, IdentifiedTest
+from deboom.compressor.identified_compressor import Identification, IdentifyOptions
 from deboom.compressor.measured_unbalance import (
     AUTOMATIC,
     MeasuredUnbalance,
@@ -38,7 +38,7 @@ from deboom.compressor.measured_unbalance import (
 )
 from deboom.compressor.mount_shares import mount_shares
 from deboom.compressor.noise_comparison import CarNoise, DrawnCar, in_band
-from deboom.compressor.thesis_fit import fit_thesis_parameters
+from deboom.compressor.thesis_parameter_fit import fit_thesis_parameters
 from deboom.compressor.unbalance import (
     UnbalanceOptions,
     unbalance,

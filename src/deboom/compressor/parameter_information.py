@@ -11,9 +11,9 @@ from scipy.linalg import qr
 
 from deboom.arrays import ComplexArray, RealArray, derivatives
 from deboom.common import AXES, DOFS
-from deboom.compressor.calibrate import SelfCalibration
 from deboom.compressor.model import CompressorModel
 from deboom.compressor.parameters import INERTIA_ENTRIES, INERTIA_NAMES
+from deboom.compressor.self_calibration import SelfCalibration
 from deboom.errors import InputError
 
 RANK_TOLERANCE = 1e-9

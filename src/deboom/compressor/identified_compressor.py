@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import BoolArray, RealArray, checked, short_repr
-from deboom.compressor.calibrate import HoldOut, RawInertance, SelfCalibration
-from deboom.compressor.identifiability import Knowledge, quantities, quantity_deviations
+from deboom.compressor.inertance_fit import THESIS_BANDS, PointFit
 from deboom.compressor.model import ModalTable, RigidLimit
-from deboom.compressor.virtual_point_fit import THESIS_BANDS, PointFit
+from deboom.compressor.parameter_information import Knowledge, quantities, quantity_deviations
+from deboom.compressor.self_calibration import HoldOut, RawInertance, SelfCalibration
 from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import InertanceTest
 from deboom.measurement.quality import QualityCheck

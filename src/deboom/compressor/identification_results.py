@@ -11,12 +11,12 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.compressor.identifiability import ALONE, PRIOR_DOMINATED, REFERENCE_FREQUENCY
-from deboom.compressor.identification import Identification
+from deboom.compressor.identified_compressor import Identification
 from deboom.compressor.model import CompressorModel
 from deboom.compressor.mount_shares import MountShares
+from deboom.compressor.parameter_information import ALONE, PRIOR_DOMINATED, REFERENCE_FREQUENCY
 from deboom.compressor.parameters import MinimalParameters, ThesisParameters
-from deboom.compressor.thesis_fit import ThesisFit
+from deboom.compressor.thesis_parameter_fit import ThesisFit
 from deboom.measurement.compressor_test import CompressorMount
 
 if TYPE_CHECKING:

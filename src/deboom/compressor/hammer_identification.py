@@ -9,22 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import BoolArray, RealArray
-from deboom.compressor.calibrate import (
-    HoldOut,
-    Prior,
-    RawInertance,
-    SelfCalibration,
-    deviation_from_coherence,
-    hold_out_lines,
-    self_calibrate,
-    with_misfit,
-)
 from deboom.compressor.hose_presence import hoses_in_hammer_test
-from deboom.compressor.identifiability import knowledge
-from deboom.compressor.identification import ALARM, Identification, IdentifyOptions
-from deboom.compressor.model import CompressorModel, modal_table, rigid_limit
-from deboom.compressor.parameters import N_MASS, N_STIFFNESS, MinimalParameters
-from deboom.compressor.virtual_point_fit import (
+from deboom.compressor.identified_compressor import ALARM, Identification, IdentifyOptions
+from deboom.compressor.inertance_fit import (
     START_GAIN,
     THESIS_BANDS,
     Bounds,
@@ -33,6 +20,19 @@ from deboom.compressor.virtual_point_fit import (
     linear_start,
     thinned,
     whitened_inertance,
+)
+from deboom.compressor.model import CompressorModel, modal_table, rigid_limit
+from deboom.compressor.parameter_information import knowledge
+from deboom.compressor.parameters import N_MASS, N_STIFFNESS, MinimalParameters
+from deboom.compressor.self_calibration import (
+    HoldOut,
+    Prior,
+    RawInertance,
+    SelfCalibration,
+    deviation_from_coherence,
+    hold_out_lines,
+    self_calibrate,
+    with_misfit,
 )
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, refuse_window

@@ -9,11 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.compressor.identifiability import Identifiability, Knowledge, identifiability, knowledge
-from deboom.compressor.identification import Identification
-from deboom.compressor.model import CompressorModel, gain_from_parameters, mounts_at_virtual_point
-from deboom.compressor.parameters import MinimalParameters, ThesisParameters
-from deboom.compressor.virtual_point_fit import (
+from deboom.compressor.identified_compressor import Identification
+from deboom.compressor.inertance_fit import (
     START_GAIN,
     Bounds,
     PointFit,
@@ -21,6 +18,14 @@ from deboom.compressor.virtual_point_fit import (
     inertance_and_apparent_mass,
     real_columns,
 )
+from deboom.compressor.model import CompressorModel, gain_from_parameters, mounts_at_virtual_point
+from deboom.compressor.parameter_information import (
+    Identifiability,
+    Knowledge,
+    identifiability,
+    knowledge,
+)
+from deboom.compressor.parameters import MinimalParameters, ThesisParameters
 from deboom.measurement.compressor_test import Drawing
 
 POSITION_BOUND = 0.0126

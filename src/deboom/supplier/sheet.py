@@ -301,7 +301,7 @@ class PartSheet(ABC):
         return SupplierSpecification(
             mount=self.part,
             revision=number.revision or "",
-            language=self.language,
+            language=self.language.value,
             box_sha256=box_sha256,
             share_stated=share_stated,
             uncertainty=agreed.test.uncertainty,

@@ -157,9 +157,9 @@ def _written(function: str, *arguments: object, **keywords: object) -> Callable[
 
 
 def _hits(folder: Path) -> None:
+    from deboom.bench.choices import CalibrationLevel
     from deboom.bench.compressor_truth import CompressorPlan
     from deboom.bench.compressor_writer import write_compressor_test
-    from deboom.choices import CalibrationLevel
 
     whole = folder.with_name("whole_compressor")
     write_compressor_test(whole, 1, CalibrationLevel.C2, CompressorPlan(hits=True))

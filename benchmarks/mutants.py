@@ -319,7 +319,8 @@ def _show(mutant: Mutant, tests: Sequence[str], patience: int, folder: str, outp
     }
     os.chdir(ROOT)
     # pinned records name the studies' data as they lie here, not in the copy
-    importlib.import_module("deboom.common").shipped_studies = lambda: ROOT / "studies"  # type: ignore[attr-defined]
+    own = importlib.import_module("deboom.files.shipped_studies")
+    own.shipped_studies = lambda: ROOT / "studies"  # type: ignore[attr-defined]
     for stream in (1, 2):
         os.dup2(os.open(output, os.O_WRONLY | os.O_CREAT | os.O_APPEND), stream)
     code = 1

@@ -29,7 +29,6 @@ from typing import Annotated
 
 from typer import Argument, Option
 
-from deboom.choices import Language
 from deboom.errors import InputError
 from deboom.files.acceptance import (
     DeliveredPart,
@@ -42,6 +41,7 @@ from deboom.files.acceptance import (
     read_specification,
 )
 from deboom.files.platform import read_platform
+from deboom.language import Language
 from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.supplier.acceptance import delivery_report, supplier_verdict

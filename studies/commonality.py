@@ -28,7 +28,6 @@ import numpy as np
 from typer import Option
 
 from deboom.arrays import RealArray
-from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.explore.commonality import fewest_part_numbers, separate_sets
 from deboom.explore.scatter import sobol_sample
@@ -44,7 +43,7 @@ from deboom.files.tables import row_of_each
 from deboom.files.uncertain_index import uncertain_index
 from deboom.pages.commonality import SharedMounts, commonality_report
 from deboom.plot.style import mount_of
-from deboom.progress import progress_bar
+from deboom.progress import Progress, progress_bar
 from deboom.report import Report
 from deboom.runs.options import Bounds, Seed, Tolerance, at_least
 from deboom.runs.platform_options import MotionOptions, PlatformOptions

@@ -30,9 +30,9 @@ from typing import Annotated
 import numpy as np
 from typer import Option
 
+from deboom.bench.choices import CalibrationLevel
 from deboom.bench.component import ComponentPlan
 from deboom.bench.component_writer import write_component_test
-from deboom.choices import CalibrationLevel
 from deboom.errors import InputError
 from deboom.files.component_test import read_component_test, read_receiver
 from deboom.measurement.component_tpa import (

@@ -31,7 +31,7 @@ import numpy as np
 from typer import Option
 
 from deboom.arrays import RealArray
-from deboom.choices import CalibrationLevel, Pick
+from deboom.bench.choices import CalibrationLevel
 from deboom.compressor.cabin_index import DATUM, MountVariables
 from deboom.compressor.mounted_fleet import (
     MountedFleet,
@@ -41,6 +41,7 @@ from deboom.compressor.mounted_fleet import (
     travel_limit,
 )
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.sensitivity import (

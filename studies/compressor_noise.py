@@ -26,7 +26,7 @@ from typing import Annotated
 
 from typer import Option
 
-from deboom.choices import CalibrationLevel
+from deboom.bench.choices import CalibrationLevel
 from deboom.compressor.noise_comparison import measured_gain_table
 from deboom.pages.compressor_noise import car_report
 from deboom.progress import counted, progress_bar

@@ -25,8 +25,8 @@ from scipy.stats import t
 from typer import Argument, Option
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.choices import Pick, pick_or_file
 from deboom.errors import InputError
+from deboom.explore.choices import Pick, pick_or_file
 from deboom.files.function_table import TABLE_ENDINGS, read_function_table
 from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.booming_peaks import TOLERANCE, booming_peaks

@@ -46,7 +46,7 @@ from typing import Annotated
 
 from typer import Argument, Option
 
-from deboom.choices import CalibrationLevel
+from deboom.bench.choices import CalibrationLevel
 from deboom.compressor.identification_results import CompressorTruth
 from deboom.compressor.identified_compressor import IdentifyOptions
 from deboom.compressor.inertance_fit import THESIS_BANDS

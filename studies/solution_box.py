@@ -23,10 +23,9 @@ import numpy as np
 from typer import Option
 
 from deboom.arrays import RealArray
-from deboom.choices import Pick
-from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.explore.box import BoxQuestion
+from deboom.explore.choices import Pick
 from deboom.explore.largest_box import largest_box
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
@@ -37,7 +36,7 @@ from deboom.files.made_parts import tolerance_cost
 from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.uncertainty import Interval, pivotal_interval
 from deboom.pages.solution_box import COMMON, BoxStudy, box_report
-from deboom.progress import announce, progress_bar
+from deboom.progress import Progress, announce, progress_bar
 from deboom.report import Report
 from deboom.runs.options import Bounds, CostTable, FrontRun, Seed
 from deboom.runs.platform_options import MotionOptions, PlatformOptions

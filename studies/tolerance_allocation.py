@@ -24,10 +24,9 @@ import numpy as np
 import pandas as pd
 from typer import Option
 
-from deboom.arrays import RealArray
-from deboom.choices import Pick
-from deboom.common import PERCENT
+from deboom.arrays import PERCENT, RealArray
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.explore.doe import latin_hypercube
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample

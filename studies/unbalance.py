@@ -66,12 +66,12 @@ from typing import Annotated, Literal
 
 from typer import Argument, Option
 
+from deboom.bench.choices import CalibrationLevel, CompressorCase
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_operating_test
-from deboom.choices import CalibrationLevel, CompressorCase, SofteningLaw
 from deboom.compressor.acceptance import overall
-from deboom.compressor.unbalance import UnbalanceOptions
+from deboom.compressor.unbalance import SofteningLaw, UnbalanceOptions
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.files.limits import read_component_limits
 from deboom.measurement.compressor_test import HoseState

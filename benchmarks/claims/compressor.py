@@ -48,10 +48,10 @@ import pandas as pd
 from scipy.stats import binom
 
 from claims import CASES, Claim, at_least, at_most, between, draws, in_processes, over_draws
+from deboom.arrays import DOFS
+from deboom.bench.choices import CalibrationLevel
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
-from deboom.choices import CalibrationLevel
-from deboom.common import DOFS
 from deboom.compressor.acceptance import (
     DYNAMIC,
     RISK,

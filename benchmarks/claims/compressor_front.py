@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 
 from claims import CASES, Claim, at_most, in_processes, over_draws
 from deboom.arrays import RealArray
-from deboom.choices import CalibrationLevel
+from deboom.bench.choices import CalibrationLevel
 from deboom.compressor.hammer_identification import identify
 from deboom.compressor.mounted_fleet import exact_levels, mounted_fleet
 from deboom.explore.space import generator

@@ -26,13 +26,13 @@ from scipy.optimize import minimize
 import deboom
 from claims import Claim, between, draws, in_processes, over_draws, reported
 from deboom.arrays import ComplexArray, RealArray
+from deboom.bench.choices import CalibrationLevel
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.bench.fleet import load_fleet, noise_transfer
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import load_bench, read_data
-from deboom.choices import CalibrationLevel
 from deboom.compressor.hammer_identification import identify
 from deboom.compressor.identification_results import errors_of
 from deboom.compressor.identified_compressor import IdentifyOptions

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from claims import Claim, at_least, at_most, draws, in_processes
-from deboom.choices import FolderKind
+from deboom.files.kinds import FolderKind
 from samples.later_mistakes import LATER
 from samples.mistakes import LAST_TUNING, alarms, outcomes
 

@@ -25,9 +25,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from claims import Claim, at_least, at_most, draws, in_processes, over_draws, reported
-from deboom.arrays import RealArray
+from deboom.arrays import AXES, RealArray
 from deboom.bench.powertrain import VirtualBench, load_bench
-from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.files.truth import read_set_truth
 from deboom.measurement.campaign import Campaign

@@ -6,12 +6,19 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from inspect import get_annotations
-from typing import Any, TypeAlias, TypeVar, dataclass_transform
+from typing import Any, Literal, TypeAlias, TypeVar, dataclass_transform
 
 import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
+
+AXES: tuple[Literal["x"], Literal["y"], Literal["z"]] = ("x", "y", "z")
+"""Axes of a vehicle, a mount or a sensor, in the order of every array."""
+DOFS = (*AXES, "rx", "ry", "rz")
+"""Degrees of freedom of a rigid body, in the order of every matrix."""
+PERCENT = 100.0
+"""From a share to per cent."""
 
 RealArray: TypeAlias = npt.NDArray[np.float64]
 ComplexArray: TypeAlias = npt.NDArray[np.complex128]

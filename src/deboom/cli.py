@@ -15,7 +15,7 @@ import deboom
 from deboom.cli_bench import bench_app
 from deboom.cli_measurements import characterise, library_app, orders
 from deboom.cli_results import check, evaluate, list_, listen, new, report, serve, show
-from deboom.common import shipped_studies
+from deboom.files.shipped_studies import shipped_studies
 
 
 class StudyCommand(TyperCommand):

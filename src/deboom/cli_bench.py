@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
+from deboom.bench.choices import CalibrationLevel, CompressorCase, HoseCase
 
 bench_app = typer.Typer(
     no_args_is_help=True,

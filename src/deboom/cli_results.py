@@ -8,7 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
-from deboom.choices import FolderKind, FunctionFiles, Language, Pick, pick_or_file
+from deboom.explore.choices import Pick, pick_or_file
+from deboom.files.kinds import FolderKind, FunctionFiles
+from deboom.language import Language
 
 # Any: a pick or a path, which the parser tells apart
 DESIGN = Annotated[

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import difflib
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
+from typing import TypeVar
 
 LONGEST_LINE = 1000
 """Characters of a line of a message; of a longer one the middle is left out."""
@@ -79,3 +82,36 @@ class IncompleteReport(Exception):
     def __init__(self, folder: Path) -> None:
         super().__init__(folder)
         self.folder = folder
+
+
+MOST_LISTED = 24
+"""Names that a sentence can still be read with."""
+_Choice = TypeVar("_Choice", bound=Enum)
+
+
+def word_of(word: str, words: Sequence[str], item: str) -> str:
+    """Return a word that is one of several, or refuse it with the nearest one.
+
+    - `item`: what the word names, for the message.
+    - raises InputError: another word.
+    """
+    if word in words:
+        return word
+    close = difflib.get_close_matches(word, words, n=1)
+    choices = ", ".join(dict.fromkeys(words))
+    hint = f"did you mean '{close[0]}'?" if close else f"use one of {choices}"
+    raise InputError(f"{item} '{word}' is unknown: {hint}")
+
+
+def choice(kind: type[_Choice], word: str | _Choice, item: str) -> _Choice:
+    """Return the member of an Enum that a word names; see `word_of`."""
+    if isinstance(word, kind):
+        return word
+    return kind(word_of(str(word), [str(member.value) for member in kind], item))
+
+
+def listed(names: Sequence[str]) -> str:
+    """Write names with commas and an ``and``; of very many the first three and how many more."""
+    if len(names) > MOST_LISTED:
+        return f"{', '.join(names[:3])} and {len(names) - 3} others"
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

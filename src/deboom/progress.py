@@ -9,7 +9,8 @@ from contextlib import contextmanager
 
 from tqdm import tqdm
 
-from deboom.common import Progress
+Progress = Callable[[int, int, str], None]
+"""Called after each step with its number, the number of steps, and a line of text."""
 
 LOG_LINES = 4
 MINUTE, HOUR = 60.0, 3600.0  # [s]

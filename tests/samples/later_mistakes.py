@@ -21,7 +21,7 @@ from deboom.bench.campaign import CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.families import KINDS, draw_family
 from deboom.bench.fleet import receptance
-from deboom.choices import FolderKind
+from deboom.files.kinds import FolderKind
 from deboom.files.uff import UffFunction, read_uff
 from samples.mistakes import (
     CARRIERS,

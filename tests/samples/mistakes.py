@@ -28,6 +28,7 @@ from numpy.random import Generator
 
 from deboom.bench.campaign import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.choices import CalibrationLevel
 from deboom.bench.component_writer import write_component_test
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
@@ -36,9 +37,9 @@ from deboom.bench.operating_run import PlannedRun
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import load_bench
 from deboom.bench.vehicle_writer import write_vehicle
-from deboom.choices import CalibrationLevel, FolderKind
 from deboom.errors import DataWarning
 from deboom.files.check import check_folder
+from deboom.files.kinds import FolderKind
 from deboom.files.uff import AxisDriftWarning, UffFunction, read_uff, write_uff
 from deboom.physics.sound_level import a_weighting
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy.io import savemat
 
-from deboom.common import AXES
+from deboom.arrays import AXES
 from deboom.files.library_export import write_library_json
 from deboom.mounts import characterised_mount
 from deboom.mounts.mount import Mount

@@ -12,7 +12,6 @@ from acceptance_samples import acceptance_box, variable
 from scipy.stats import norm
 
 from command_line import call, refused
-from deboom.choices import Language
 from deboom.errors import InputError
 from deboom.files.acceptance import (
     BoxResponse,
@@ -26,6 +25,7 @@ from deboom.files.acceptance import (
     write_solution_box,
 )
 from deboom.files.platform import read_platform
+from deboom.language import Language
 from deboom.runs.overview import command_of
 from deboom.supplier.acceptance import supplier_verdict
 from deboom.supplier.delivery import Demand, PartVerdict, judged_delivery, limited_axes

@@ -13,7 +13,7 @@ from scipy.signal import hilbert
 from command_line import call
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
-from deboom.choices import Pick
+from deboom.explore.choices import Pick
 from deboom.files.front_run import ComparedRun
 from deboom.runs.rebuilt import compared_run, supplier_study
 from pinned_pages import hold

@@ -13,7 +13,7 @@ from pathlib import Path
 import foreign_platform_samples
 import pytest
 
-from deboom.choices import Pick
+from deboom.explore.choices import Pick
 from deboom.files.check import check_platform
 from deboom.files.platform import read_platform
 from deboom.runs.interactive_page import write_interactive_page

@@ -12,9 +12,9 @@ from deboom.studies.front import FurtherOptions
 from deboom.errors import InputError
 from deboom.explore import search as search_module
 from deboom.explore import selection
-from deboom.files.former_studies import FORMER_STUDIES
 from deboom.files.platform import read_platform
 from deboom.files.run_folder import read_run
+from deboom.files.shipped_studies import FORMER_STUDIES
 from deboom.runs.options import Sampler
 from deboom.runs.rebuilt import rebuilt_model
 from deboom.runs.runner import load_study, run_study, study_command

@@ -13,8 +13,8 @@ from foreign_platform_samples import GROUP, LINES, ORDER, PLACES, VEHICLES, writ
 from interactive_front_samples import data_of
 
 from command_line import call
-from deboom.choices import Pick
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.files.run_folder import read_run
 from deboom.pages import live_model
 from deboom.pages.interactive_front import interactive_front, overlaid

@@ -13,7 +13,7 @@ import deboom
 from command_line import call, refused
 from deboom.errors import InputError
 from deboom.files.acceptance import checksum, read_specification
-from deboom.files.former_studies import MOVED_NAMES
+from deboom.files.shipped_studies import MOVED_NAMES
 from deboom.runs.runner import load_study
 
 OLD = Path(__file__).parents[1] / "data" / "deboom-0.3.0"

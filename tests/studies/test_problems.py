@@ -8,8 +8,8 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 
 import deboom
+from deboom.bench.choices import CalibrationLevel
 from deboom.bench.electric_car_writer import write_electric_car
-from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_index import MountStatics
 from deboom.files.catalogue import platform_catalogue
 

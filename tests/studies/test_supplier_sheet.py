@@ -16,12 +16,13 @@ from scipy.stats import norm
 
 from command_line import call, refused
 from deboom.bench.powertrain import load_bench
-from deboom.choices import Language, Pick
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.explore.scatter import capability
 from deboom.files import acceptance
 from deboom.files.platform import platform_sha256
 from deboom.files.run_folder import hash_files
+from deboom.language import Language
 from deboom.mounts.mount import mean_operating_stiffness
 from deboom.runs.rebuilt import supplier_study
 from deboom.supplier import numbers as supplier_numbers

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom.choices import Pick
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.files.made_parts import tolerance_cost
 from deboom.files.run_folder import read_run
 from deboom.runs.options import target_limits

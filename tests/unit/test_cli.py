@@ -16,9 +16,9 @@ from typer.testing import CliRunner
 
 import deboom
 from command_line import call, refused
-from deboom.choices import FolderKind
 from deboom.cli import COMMANDS, app
 from deboom.errors import DataWarning
+from deboom.files.kinds import FolderKind
 from deboom.progress import announce, progress_bar
 from deboom.runs.options import bands_as_declared
 from deboom.runs.overview import command_of

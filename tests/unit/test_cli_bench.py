@@ -8,9 +8,9 @@ import pytest
 
 from command_line import call
 from deboom.bench import campaign, compressor_writer, electric_car_writer, vehicle_writer
+from deboom.bench.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_truth import CompressorPlan
-from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.files.campaign import read_campaign
 from deboom.files.library_export import read_library_json
 from deboom.runs import campaigns as platform_library

@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 
 from command_line import call, refused
+from deboom.bench.choices import CalibrationLevel
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
-from deboom.choices import CalibrationLevel
 from deboom.files.compressor_model import read_fitted_bands
 from deboom.files.rows import PlacedSensor
 from deboom.files.run_folder import hash_files

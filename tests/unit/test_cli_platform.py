@@ -9,10 +9,10 @@ import pandas as pd
 import pytest
 
 from command_line import call
-from deboom.choices import FolderKind, FunctionFiles
 from deboom.errors import InputError
 from deboom.files.check import band_in_words, check_platform
 from deboom.files.folders import FOLDERS, Names, new_folder
+from deboom.files.kinds import FolderKind, FunctionFiles
 from deboom.files.platform import DEMONSTRATION, Engine, LoadCaseEntry, read_platform
 from deboom.files.platform import PowertrainEntry as Powertrain
 from deboom.files.rows import ChannelRow

@@ -6,11 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from deboom.arrays import derivatives
+from deboom.arrays import DOFS, derivatives
+from deboom.bench.choices import CompressorCase
 from deboom.bench.compressor_truth import CompressorPlan, true_compressor
 from deboom.bench.electric_car import MOUNTS as MOUNT_NAMES
-from deboom.choices import CompressorCase
-from deboom.common import DOFS
 from deboom.compressor.acceptance import (
     DYNAMIC,
     STATIC,

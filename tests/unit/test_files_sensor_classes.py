@@ -12,9 +12,9 @@ import pytest
 
 from deboom.bench.campaign import CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.choices import CalibrationLevel
 from deboom.bench.compressor_rig import placement_errors
 from deboom.bench.compressor_writer import tolerance_section, write_compressor_test
-from deboom.choices import CalibrationLevel
 from deboom.compressor.hammer_identification import identify
 from deboom.compressor.identified_compressor import IdentifyOptions
 from deboom.errors import DataWarning, InputError

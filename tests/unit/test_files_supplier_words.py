@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom.choices import Language
 from deboom.errors import InputError
 from deboom.files.acceptance import SheetDirection, SupplierSpecification
 from deboom.files.supplier_words import WORDS, decimals_of, label, labelled, said
+from deboom.language import Language
 from deboom.supplier.acceptance import CAPABILITY, SUPPLIER_BATCHES
 from deboom.supplier.page import TEST_ENDS
 from deboom.supplier.sheet import AT_STATE, RATIO

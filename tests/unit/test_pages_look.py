@@ -18,9 +18,9 @@ from deboom.bench.compressor_writer import write_compressor_test, write_operatin
 from deboom.bench.electric_car_writer import write_electric_car
 from deboom.bench.operating_run import PlannedRun
 from deboom.bench.vehicle_writer import write_vehicle
-from deboom.choices import FolderKind
 from deboom.errors import InputError
 from deboom.files.check import check_folder
+from deboom.files.kinds import FolderKind
 from deboom.files.uff import read_uff, write_uff
 from deboom.pages.look import _waterfall, look_report
 from deboom.plot import places

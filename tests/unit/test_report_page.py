@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom.choices import Language
 from deboom.errors import InputError
 from deboom.files import tables
 from deboom.files.tables import read_frame
+from deboom.language import Language
 from deboom.plot import CurvePanel, curve_panels
 from deboom.plot.style import as_png
 from deboom.report import Sound, Step, Table

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom.common import listed
+from deboom.errors import listed
 from deboom.explore.robust import RobustValues, chosen
 from deboom.explore.sensitivity import SobolIndices
 from deboom.pages.front import (

@@ -4,10 +4,10 @@ from functools import cache
 
 import numpy as np
 
+from deboom.bench.choices import CalibrationLevel
 from deboom.bench.compressor_rig import operation
 from deboom.bench.electric_car import MOUNTS, POINTS, frozen_fleet
 from deboom.bench.electric_car_writer import CAR_PLAN
-from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_index import BodySide, CabinIndex, car_seam, mount_variables
 from deboom.compressor.hoses import hose_matrices
 from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass

@@ -13,9 +13,9 @@ from bench_compressor_samples import DATA, gain, rows_along, table11
 from scipy.optimize import root
 
 from deboom.bench import compressor_rig
+from deboom.bench.choices import CalibrationLevel, CompressorCase
 from deboom.bench.compressor_truth import CompressorPlan, true_compressor
 from deboom.bench.compressor_writer import write_compressor_test
-from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
 

@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from deboom.bench import compressor_truth, electric_car
+from deboom.bench.choices import CompressorCase
 from deboom.bench.compressor_rig import running, true_source
 from deboom.bench.powertrain import read_data
-from deboom.choices import CompressorCase
 
 LINES = np.array([17.0, 29.0, 57.5, 88.0, 112.0, 131.0, 150.0])
 PLAN = compressor_truth.CompressorPlan(CompressorCase.TABLE11)

@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 from deboom.bench import compressor_rig
+from deboom.bench.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.bench.compressor_truth import (
     CompressorPlan,
     drawn_hoses,
@@ -23,7 +24,6 @@ from deboom.bench.compressor_truth import (
     true_hoses,
 )
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
-from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.compressor.unbalance_load import RotationSense, unbalance_load
 from deboom.files.operating_test import read_operating_test
 from deboom.measurement.compressor_test import HoseState

@@ -19,12 +19,12 @@ from compressor_cabin_samples import (
 )
 from threadpoolctl import threadpool_limits
 
+from deboom.bench.choices import CompressorCase
 from deboom.bench.compressor_rig import true_source
 from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses
 from deboom.bench.electric_car import HOSES, MOUNTS, columns_of, design_pressure, run_car
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
 from deboom.bench.powertrain import read_data
-from deboom.choices import CompressorCase
 from deboom.compressor import body_loads, cabin_index
 from deboom.compressor.cabin_noise import cabin_noise, noise_bands, running_in_car
 from deboom.compressor.hammer_identification import identify

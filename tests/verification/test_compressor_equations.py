@@ -12,8 +12,8 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 from thesis_samples import complex_normal, deviation
 
+from deboom.bench.choices import CompressorCase
 from deboom.bench.compressor_truth import CompressorPlan, true_compressor
-from deboom.choices import CompressorCase
 from deboom.compressor import model, thesis_parameter_fit
 from deboom.compressor.unbalance_load import RotationSense, unbalance_load
 from deboom.errors import InputError

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from deboom.arrays import derivatives
+from deboom.bench.choices import CalibrationLevel, HoseCase
 from deboom.bench.compressor_rig import OperationPlan, measured, operation, true_sweep
 from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
-from deboom.choices import CalibrationLevel, HoseCase
 from deboom.compressor.hammer_identification import identify
 from deboom.compressor.hose_identification import DRAWN, identify_hoses
 from deboom.compressor.hose_presence import hose_reactions, hoses_in_hammer_test, hoses_in_sweep

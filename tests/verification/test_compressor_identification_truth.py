@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
+from deboom.bench.choices import CalibrationLevel, CompressorCase
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
-from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.compressor.hammer_identification import frac, identify, modal_likeness
 from deboom.compressor.identification_results import errors_of
 from deboom.compressor.identified_compressor import IdentifyOptions

@@ -22,13 +22,12 @@ from compressor_operation_samples import (
 
 from deboom.bench.compressor_rig import running
 from deboom.bench.compressor_truth import drawn_hoses
-from deboom.choices import SofteningLaw
 from deboom.compressor import routes
 from deboom.compressor.hammer_identification import calibration_of, identify
 from deboom.compressor.identified_compressor import IdentifyOptions
 from deboom.compressor.model import HyperbolicAmplitude
 from deboom.compressor.mount_shares import HyperbolicMounts, SofteningMounts, softening_mounts
-from deboom.compressor.unbalance import UnbalanceOptions, unbalance
+from deboom.compressor.unbalance import SofteningLaw, UnbalanceOptions, unbalance
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
 from deboom.files.compressor_model import compressor_document

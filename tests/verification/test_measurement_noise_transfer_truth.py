@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from thesis_samples import deviation
 
+from deboom.bench.choices import CalibrationLevel
 from deboom.bench.compressor_rig import operation
 from deboom.bench.electric_car import mount_stiffnesses
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
 from deboom.bench.fleet import ear_transfer, load_fleet, panel_pressure, source_motion
-from deboom.choices import CalibrationLevel
 from deboom.errors import InputError
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement import measured_vehicle, path_forces

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from deboom.arrays import RealArray, RealOrComplexArray
+from deboom.arrays import AXES, RealArray, RealOrComplexArray
 from deboom.bench import campaign, layout, writing
 from deboom.bench.families import Family, draw_family
 from deboom.bench.operating_run import PlannedRun, static_direction_forces, true_run
@@ -24,7 +24,6 @@ from deboom.bench.platform_writer import (
 )
 from deboom.bench.powertrain import SIDES, VirtualBench, load_bench, with_mount_set
 from deboom.bench.sensors import DataSheet, draw_data_sheet, exact_data_sheet
-from deboom.common import AXES, Progress
 from deboom.files import campaign as campaign_file
 from deboom.files import rows, tables
 from deboom.files.disk import complete_or_not_at_all
@@ -32,6 +31,7 @@ from deboom.files.schema import dump_toml
 from deboom.files.uff import AxisDriftWarning, UffFunction, write_uff
 from deboom.files.units import parse_unit
 from deboom.physics.order_tracking import rpm_of_frequency
+from deboom.progress import Progress
 
 MOUNT_TABLE, SENSOR_TABLE, CHANNEL_TABLE = "mounts.csv", "sensors.csv", "channels.csv"
 

@@ -14,11 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import DOFS, ComplexArray, RealArray, checked
 from deboom.bench.fleet import EARS, Cabin, CavityMode
 from deboom.bench.signals import complex_normal
 from deboom.bench.writing import check_seed
-from deboom.common import DOFS
 from deboom.errors import InputError
 
 N_MOTION = len(DOFS)

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import AXES, ComplexArray, RealArray
 from deboom.bench import compressor_rig as rig
 from deboom.bench import electric_car, writing
+from deboom.bench.choices import CalibrationLevel
 from deboom.bench.component import (
     BEARINGS,
     HOUSINGS,
@@ -30,8 +31,6 @@ from deboom.bench.compressor_writer import hammer_functions, impact_dof, toleran
 from deboom.bench.fleet import EARS
 from deboom.bench.signals import complex_normal
 from deboom.bench.vehicle_acquisition import EAR_NODES, MICROPHONES
-from deboom.choices import CalibrationLevel
-from deboom.common import AXES
 from deboom.files.component_test import (
     COMPONENT_FILE,
     RECEIVER_FILE,

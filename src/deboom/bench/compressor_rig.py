@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.bench.choices import CalibrationLevel, HoseCase
 from deboom.bench.compressor_truth import (
     COMPRESSOR_DATA,
     Compressor,
@@ -18,7 +19,6 @@ from deboom.bench.compressor_truth import (
 from deboom.bench.powertrain import read_data
 from deboom.bench.signals import complex_normal, over_time, rotations, tacho_pulses
 from deboom.bench.writing import check_seed, triple
-from deboom.choices import CalibrationLevel, HoseCase
 from deboom.errors import InputError
 from deboom.files.rows import PlacedImpact, PlacedSensor
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix, skew

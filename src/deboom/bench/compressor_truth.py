@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.bench.choices import CompressorCase, HoseCase
 from deboom.bench.powertrain import read_data
-from deboom.choices import CompressorCase, HoseCase
 from deboom.physics.rigid_body import (
     forward_matrices,
     mass_matrix,

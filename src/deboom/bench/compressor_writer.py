@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
+from deboom.arrays import AXES, ComplexArray, RealArray, RealOrComplexArray
 from deboom.bench import compressor_rig as rig
 from deboom.bench import compressor_truth, writing
+from deboom.bench.choices import CalibrationLevel
 from deboom.bench.powertrain import read_data
-from deboom.choices import CalibrationLevel
-from deboom.common import AXES
 from deboom.files import operating_test, rows, tables
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.hammer_test import HammerTestFile, write_hammer_test

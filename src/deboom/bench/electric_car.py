@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import DOFS, ComplexArray, RealArray
 from deboom.bench import compressor_rig as rig
 from deboom.bench.compressor_truth import COMPRESSOR_DATA, Compressor, Hose
 from deboom.bench.families import BodyKind, log_uniform
@@ -27,7 +27,6 @@ from deboom.bench.vehicle_acquisition import (
     PUSHES,
 )
 from deboom.bench.writing import check_seed, triple
-from deboom.common import DOFS
 from deboom.files.rows import PlacedImpact, PlacedSensor
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 

@@ -11,6 +11,7 @@ import numpy as np
 from deboom.arrays import RealArray
 from deboom.bench import compressor_rig as rig
 from deboom.bench import electric_car, writing
+from deboom.bench.choices import CalibrationLevel, CompressorCase
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import (
     hammer_functions,
@@ -20,7 +21,6 @@ from deboom.bench.compressor_writer import (
     write_operation,
 )
 from deboom.bench.families import KINDS, draw_family
-from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.errors import InputError
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.electric_car import ELECTRIC_CAR_FILE, ElectricCarFile, PointSection

@@ -17,12 +17,11 @@ from pathlib import Path
 
 import numpy as np
 
-from deboom.arrays import BoolArray, RealArray
+from deboom.arrays import AXES, BoolArray, RealArray
 from deboom.bench.fleet import BenchFleet, Body, load_fleet
 from deboom.bench.powertrain import SIDES, SuspendedBody, VirtualBench
 from deboom.bench.sensors import ErrorBudget
 from deboom.bench.writing import write_json
-from deboom.common import AXES
 from deboom.errors import InputError
 
 BRACKETS = "brackets"

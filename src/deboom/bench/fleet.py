@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import AXES, ComplexArray, RealArray
 from deboom.bench.powertrain import SIDES, read_data
-from deboom.common import AXES
 from deboom.errors import InputError
 
 FROZEN_SEED = 1

@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from deboom.arrays import RealArray
+from deboom.arrays import AXES, RealArray
 from deboom.bench.operating_run import PlannedRun
 from deboom.bench.powertrain import SIDES, VirtualBench
-from deboom.common import AXES
 
 FREQUENCY = np.linspace(20.0, 80.0, 241)
 """Lines of every file [Hz]: 800 to 3200 rpm in steps of 10 rpm at order 1.5."""

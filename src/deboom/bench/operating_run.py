@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from scipy.linalg import block_diag
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import AXES, ComplexArray, RealArray
 from deboom.bench import fleet
 from deboom.bench.powertrain import (
     SIDES,
@@ -21,7 +21,6 @@ from deboom.bench.powertrain import (
     static_forces,
 )
 from deboom.bench.signals import complex_normal, ripple
-from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.physics.forced_response import amplitude_dependent_response
 from deboom.physics.order_tracking import rpm_of_frequency

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deboom.arrays import BoolArray, ComplexArray
+from deboom.arrays import AXES, BoolArray, ComplexArray
 from deboom.bench import layout, sensors, writing
 from deboom.bench.families import BRACKETS, Family, draw_family
 from deboom.bench.fleet import (
@@ -25,13 +25,13 @@ from deboom.bench.fleet import (
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import SIDES, VirtualBench, load_bench
 from deboom.bench.signals import complex_normal
-from deboom.common import AXES, Progress
 from deboom.errors import InputError
 from deboom.files import platform, rows, tables
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.schema import dump_toml
 from deboom.files.uff import UffFunction, write_uff
 from deboom.files.units import parse_unit
+from deboom.progress import Progress
 
 NAME = "u06_f39_f45"
 TITLE = "Compact platform, three bodies"

@@ -15,8 +15,7 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 from scipy.special import expit
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.common import AXES
+from deboom.arrays import AXES, ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.physics.rigid_body import forward_matrix, mass_matrix, rotation_matrix
 

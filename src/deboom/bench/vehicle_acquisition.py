@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import AXES, ComplexArray, RealArray
 from deboom.bench import fleet
 from deboom.bench.layout import FIRST_EAR_NODE, Place, points
 from deboom.bench.powertrain import VirtualBench
 from deboom.bench.signals import complex_normal
-from deboom.common import AXES
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
 FIRST_IMPACT_NODE, FIRST_BODY_SENSOR_NODE = 301, 401

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deboom.arrays import ComplexArray
+from deboom.arrays import AXES, ComplexArray
 from deboom.bench import writing
 from deboom.bench.families import Family, draw_family
 from deboom.bench.fleet import (
@@ -54,7 +54,6 @@ from deboom.bench.vehicle_acquisition import (
     listen_at_panels,
     strike,
 )
-from deboom.common import AXES, Progress
 from deboom.errors import InputError
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.rows import CampaignChannel, ImpactRow, MountRow, PanelRow, SensorRow
@@ -65,6 +64,7 @@ from deboom.files.units import parse_unit
 from deboom.files.vehicle import VEHICLE_FILE, EarEntry, PanelEntry, VehicleFile, VehicleRunEntry
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import forward_matrices
+from deboom.progress import Progress
 
 MOUNT_TABLE, SENSOR_TABLE, CHANNEL_TABLE, IMPACT_TABLE, PANEL_TABLE = (
     f"{name}.csv" for name in ("mounts", "sensors", "channels", "impacts", "panels")

@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.special import ndtri
 
-from deboom.arrays import RealArray, checked
-from deboom.common import DOFS
+from deboom.arrays import DOFS, RealArray, checked
 from deboom.compressor.identified_compressor import ALARM, Identification
 from deboom.compressor.model import CompressorModel
 from deboom.compressor.parameter_information import propagated

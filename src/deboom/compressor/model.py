@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray, checked
-from deboom.common import DOFS
+from deboom.arrays import DOFS, ComplexArray, RealArray, RealOrComplexArray, checked
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.forced_response import (

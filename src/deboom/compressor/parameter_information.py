@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import qr
 
-from deboom.arrays import ComplexArray, RealArray, derivatives
-from deboom.common import AXES, DOFS
+from deboom.arrays import AXES, DOFS, ComplexArray, RealArray, derivatives
 from deboom.compressor.model import CompressorModel
 from deboom.compressor.parameters import INERTIA_ENTRIES, INERTIA_NAMES
 from deboom.compressor.self_calibration import SelfCalibration

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray, derivatives
-from deboom.common import AXES, DOFS
+from deboom.arrays import AXES, DOFS, ComplexArray, RealArray, derivatives
 from deboom.compressor.model import (
     GAIN_PARAMETERS,
     GAIN_SHAPE_NAMES,

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import partial
 
 import numpy as np
 import pandas as pd
 
 from deboom.arrays import ComplexArray, RealArray, checked
-from deboom.choices import SofteningLaw
 from deboom.compressor.hammer_identification import calibration_of
 from deboom.compressor.hose_presence import hoses_in_sweep
 from deboom.compressor.identified_compressor import ALARM, HosePresence, Identification
@@ -71,6 +71,15 @@ VISIBLE_SHARE = 0.02
 """Of the load from which a rest is that of hoses [1]."""
 
 Step = Callable[[str], None]
+
+
+class SofteningLaw(Enum):
+    """How a compressor's mount softens with its own stroke s."""
+
+    PARABOLA = "parabola"
+    """δ = a + b lg s + c lg² s with complex numbers."""
+    HYPERBOLA = "hyperbola"
+    """v_s∞ + 1/(m_s s + s_0) for real and imaginary part (thesis, eq. 54 and 55)."""
 
 
 @checked(confidence=">0 <1")

@@ -15,8 +15,8 @@ import numpy.typing as npt
 from scipy.special import ndtr
 
 from deboom.arrays import BoolArray, RealArray, checked, checked_array
-from deboom.common import CONFIDENCE
 from deboom.errors import InputError
+from deboom.explore.moments import CONFIDENCE
 from deboom.explore.space import Differentiable, check_gradient, checked_seed, generator, responses
 
 VERIFICATION = 131072

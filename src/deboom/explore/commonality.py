@@ -11,7 +11,6 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import block_diag, csr_array, eye_array, hstack, vstack
 
 from deboom.arrays import IntArray, RealArray
-from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.explore.sharing import (
     SeparateOptima,
@@ -22,6 +21,7 @@ from deboom.explore.sharing import (
     shared_design,
 )
 from deboom.explore.space import responses
+from deboom.progress import Progress
 
 _BESIDE = 3  # counts above the first within the limits that are worked out as well
 _WIDTH = 3  # sharings of each count whose numbers are merged in pairs

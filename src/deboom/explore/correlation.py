@@ -15,9 +15,9 @@ from scipy.spatial.distance import squareform
 from scipy.stats import rankdata
 
 from deboom.arrays import RealArray, checked
-from deboom.common import CONFIDENCE
 from deboom.errors import InputError
 from deboom.explore.doe import Experiment
+from deboom.explore.moments import CONFIDENCE
 from deboom.explore.scatter import made_terms, sobol_sample
 from deboom.explore.space import DesignSpace, Evaluate, generator, responses
 from deboom.tabled import Tabled

@@ -22,12 +22,12 @@ import numpy as np
 from scipy.optimize import minimize
 
 from deboom.arrays import RealArray
-from deboom.common import Progress
 from deboom.explore.front import nondominated, pareto_front
 from deboom.explore.moments import Draws, Limit, Objective
 from deboom.explore.robust import Limits, Robust, RobustValues, numbers_of_designs
 from deboom.explore.scatter import ToleranceSample, ToleranceSampler
 from deboom.explore.space import DesignSpace, generator
+from deboom.progress import Progress
 
 FEW_DRAWS = 16
 """Draws that find the branches of a front; a prefix of the Sobol points of the search."""

@@ -16,8 +16,8 @@ import pandas as pd
 from scipy import stats
 
 from deboom.arrays import BoolArray, IntArray, RealArray, checked
-from deboom.common import CONFIDENCE, listed
-from deboom.errors import InputError
+from deboom.errors import InputError, listed
+from deboom.explore.moments import CONFIDENCE
 from deboom.explore.robust import Robust, RobustValues, chosen, joined
 from deboom.explore.scatter import ToleranceSample, ToleranceSampler, sobol_sample
 from deboom.tabled import Tabled

@@ -18,7 +18,6 @@ from scipy.optimize import minimize
 from threadpoolctl import threadpool_limits
 
 from deboom.arrays import RealArray
-from deboom.common import CONFIDENCE, Progress
 from deboom.errors import InputError
 from deboom.explore.box import (
     VERIFICATION,
@@ -29,8 +28,10 @@ from deboom.explore.box import (
     smooth_share,
     verified_share,
 )
+from deboom.explore.moments import CONFIDENCE
 from deboom.explore.space import checked_seed, sobol_points
 from deboom.explore.workers import process_pool
+from deboom.progress import Progress
 from deboom.tabled import Tabled
 
 _TRIED = 1024  # designs over the bounds that are tried first

@@ -12,6 +12,9 @@ from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
 from deboom.explore.scatter import cut_normal_moments
 
+CONFIDENCE = 0.95
+"""Confidence of an interval that a page shows [1]."""
+
 
 class Moments(NamedTuple):
     """Mean and sigma of each response, and standard errors of their sums [response unit]."""

@@ -12,8 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 import pandas as pd
 
-from deboom.arrays import BoolArray, RealArray, checked, short_repr
-from deboom.common import PERCENT
+from deboom.arrays import PERCENT, BoolArray, RealArray, checked, short_repr
 from deboom.errors import InputError
 from deboom.explore.front import (
     Difference,

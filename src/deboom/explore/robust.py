@@ -19,8 +19,8 @@ from deboom.arrays import (
     frozen_copy,
     short_repr,
 )
-from deboom.choices import Distribution
 from deboom.errors import InputError
+from deboom.explore.choices import Distribution
 from deboom.explore.moments import (
     MEAN_SUM,
     SIGMA_SUM,

@@ -18,8 +18,8 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import chi2, invwishart, norm, shapiro
 
 from deboom.arrays import RealArray, checked
-from deboom.choices import Distribution
 from deboom.errors import InputError
+from deboom.explore.choices import Distribution
 from deboom.explore.space import (
     LARGEST_UNCUT,
     DesignSpace,

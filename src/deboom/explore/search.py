@@ -32,9 +32,8 @@ from pymoo.termination.max_gen import MaximumGenerationTermination
 from pymoo.util.ref_dirs import get_reference_directions
 
 from deboom.arrays import RealArray
-from deboom.choices import SearchAlgorithm
-from deboom.common import Progress, listed
-from deboom.errors import InputError
+from deboom.errors import InputError, listed
+from deboom.explore.choices import SearchAlgorithm
 from deboom.explore.descent import (
     by_differences,
     converged_front,
@@ -59,7 +58,7 @@ from deboom.explore.scatter import ToleranceSample
 from deboom.explore.selection import improved, pick
 from deboom.explore.space import DesignSpace, check_repeats, checked_seed
 from deboom.explore.workers import workers_for
-from deboom.progress import progress_shown
+from deboom.progress import Progress, progress_shown
 
 FAILED_OBJECTIVE = 1e30
 """All objectives of a failed design: finite, because pymoo lets NaN win [response unit]."""

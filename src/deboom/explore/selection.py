@@ -16,8 +16,8 @@ import numpy.typing as npt
 from scipy.optimize import minimize
 
 from deboom.arrays import RealArray
-from deboom.choices import Pick
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.explore.descent import is_smooth, objectives_and_gradients
 from deboom.explore.robust import Robust, RobustEvaluation, RobustValues, chosen, joined
 from deboom.explore.space import DesignSpace, Evaluate, responses

@@ -20,9 +20,9 @@ from scipy.special import ndtr, ndtri
 from threadpoolctl import threadpool_limits
 
 from deboom.arrays import BoolArray, RealArray, checked, short_repr
-from deboom.choices import Distribution
-from deboom.common import CONFIDENCE
 from deboom.errors import InputError
+from deboom.explore.choices import Distribution
+from deboom.explore.moments import CONFIDENCE
 from deboom.explore.scatter import TRUNCATION
 from deboom.explore.space import (
     DesignSpace,

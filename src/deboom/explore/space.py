@@ -15,8 +15,8 @@ import numpy.typing as npt
 from scipy.stats import qmc
 
 from deboom.arrays import BoolArray, RealArray, checked, checked_array
-from deboom.choices import Distribution
 from deboom.errors import DataWarning, InputError
+from deboom.explore.choices import Distribution
 
 SIGMAS_PER_TOLERANCE = 3.0
 """Standard deviations of the scatter in the half width of a tolerance [1]."""

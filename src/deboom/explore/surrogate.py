@@ -24,7 +24,6 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel
 from sklearn.model_selection import KFold, cross_val_predict
 
 from deboom.arrays import RealArray, short_repr
-from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.explore.descent import PullBack, converged_front
 from deboom.explore.doe import SAME
@@ -43,6 +42,7 @@ from deboom.explore.space import (
     said,
 )
 from deboom.explore.workers import process_pool
+from deboom.progress import Progress
 from deboom.tabled import Tabled
 
 FIRST = 0.7

@@ -14,8 +14,8 @@ from scipy.optimize import brentq, minimize
 from scipy.special import ndtr
 
 from deboom.arrays import RealArray, checked, frozen_copy
-from deboom.choices import Distribution
 from deboom.errors import InputError
+from deboom.explore.choices import Distribution
 from deboom.explore.robust import Robust, RobustEvaluation, RobustValues, joined
 from deboom.explore.scatter import (
     ToleranceSample,

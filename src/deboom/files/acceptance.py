@@ -14,8 +14,7 @@ from typing import Annotated, Any, Literal, Self
 import pandas as pd
 from pydantic import Field, model_validator
 
-from deboom.choices import Language
-from deboom.common import AXES
+from deboom.arrays import AXES
 from deboom.errors import InputError
 from deboom.files.disk import read_document, replace_text
 from deboom.files.run_folder import RECORD, check_files, read_run
@@ -36,6 +35,7 @@ from deboom.files.schema import (
 )
 from deboom.files.supplier_words import WORDS, said
 from deboom.files.tables import Row, read_rows, refuse_second, sheet_names
+from deboom.language import Language
 
 FORMAT, VERSION = "deboom acceptance box", 2
 BOX_FILE = "acceptance_box.json"

@@ -9,9 +9,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.choices import FolderKind
-from deboom.common import AXES
+from deboom.arrays import AXES, ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.files.function_table import (
     FRF,
@@ -21,6 +19,7 @@ from deboom.files.function_table import (
     FunctionMatrix,
     with_their_tables,
 )
+from deboom.files.kinds import FolderKind
 from deboom.files.platform import SPECTRA, Engine, EngineTorque, MountEntry, mounts_of
 from deboom.files.platform import PowertrainEntry as Powertrain
 from deboom.files.rows import (

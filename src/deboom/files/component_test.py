@@ -9,9 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.choices import FolderKind
-from deboom.common import AXES
+from deboom.arrays import AXES, ComplexArray, RealArray
 from deboom.errors import InputError, naming
 from deboom.files.function_table import (
     FRF,
@@ -30,6 +28,7 @@ from deboom.files.inertance_test import (
     read_inertances,
     read_placed,
 )
+from deboom.files.kinds import FolderKind
 from deboom.files.platform import SPECTRA
 from deboom.files.rows import (
     PlacedImpact,

@@ -15,7 +15,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 import numpy as np
 from pydantic import AfterValidator, Field, create_model, model_validator
 
-from deboom.common import AXES
+from deboom.arrays import AXES
 from deboom.errors import InputError, naming
 from deboom.explore.moments import Limit, Objective
 from deboom.explore.robust import numbers_of_designs

@@ -9,7 +9,6 @@ from typing import Literal
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.choices import FolderKind
 from deboom.errors import naming
 from deboom.files.function_table import FRF, Dof, FunctionMatrix, with_their_tables
 from deboom.files.inertance_test import (
@@ -19,6 +18,7 @@ from deboom.files.inertance_test import (
     read_inertances,
     read_placed,
 )
+from deboom.files.kinds import FolderKind
 from deboom.files.operating_test import read_operating_test, sweep_lines
 from deboom.files.rows import (
     PlacedImpact,

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from deboom.choices import FolderKind, FunctionFiles
-from deboom.common import AXES
+from deboom.arrays import AXES
 from deboom.errors import InputError
 from deboom.files.campaign import CAMPAIGN
 from deboom.files.component_test import (
@@ -22,6 +21,7 @@ from deboom.files.hammer_test import HAMMER
 from deboom.files.inertance_test import (
     COMPRESSOR,
 )
+from deboom.files.kinds import FolderKind, FunctionFiles
 from deboom.files.operating_test import (
     OPERATION,
 )

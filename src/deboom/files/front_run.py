@@ -11,9 +11,9 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.choices import Pick
 from deboom.compressor.mounted_fleet import MountedFleet
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.explore.robust import Robust
 from deboom.files.doe_table import read_plan
 from deboom.files.front_table import FILES, FRONT, FrontTable

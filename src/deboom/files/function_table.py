@@ -17,10 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
-from deboom.choices import FunctionFiles
 from deboom.errors import DataWarning, InputError, naming
 from deboom.files.binary_formats import MATLAB, MATLAB_73
 from deboom.files.disk import LARGEST_FILE, blocks, opened_file
+from deboom.files.kinds import FunctionFiles
 from deboom.files.nastran_punch import read_punch
 from deboom.files.reader_process import read_apart
 from deboom.files.schema import noting, telling

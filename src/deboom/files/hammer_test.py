@@ -13,10 +13,10 @@ from typing import Literal
 import numpy as np
 
 from deboom.arrays import RealArray, RealOrComplexArray
-from deboom.choices import FolderKind
 from deboom.errors import InputError, naming
 from deboom.files.disk import made_folder
 from deboom.files.function_table import ANY_REFERENCE, TIME_SIGNAL, Dof, FunctionMatrix
+from deboom.files.kinds import FolderKind
 from deboom.files.rows import (
     HAMMER_QUANTITIES,
     HammerChannel,

@@ -11,11 +11,11 @@ import numpy as np
 from pydantic import Field
 
 from deboom.arrays import RealArray
-from deboom.choices import FolderKind
 from deboom.compressor.hammer_identification import hammer_test_doubts
 from deboom.errors import InputError, naming
 from deboom.files.function_table import FRF, Dof, FunctionMatrix
 from deboom.files.hammer_test import read_hammer_test
+from deboom.files.kinds import FolderKind
 from deboom.files.pyfbs_sheets import has_pyfbs_sheets, read_pyfbs_sheet
 from deboom.files.rows import (
     PlacedImpact,

@@ -9,7 +9,6 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from deboom.common import N_PER_MM
 from deboom.compressor.acceptance import RISK, Bounds, ComponentLimits, StiffnessLimit
 from deboom.errors import naming
 from deboom.files.schema import (
@@ -21,6 +20,7 @@ from deboom.files.schema import (
     doubled,
     load_toml,
 )
+from deboom.physics.dynamic_stiffness import N_PER_MM
 
 G_MM, G_MM2 = 1e-6, 1e-9
 """In kg m and kg m²."""

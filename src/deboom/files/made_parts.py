@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from deboom.common import PERCENT
+from deboom.arrays import PERCENT
 from deboom.errors import InputError
 from deboom.explore.scatter import (
     PartNumber,

@@ -10,8 +10,7 @@ from typing import Annotated, Literal
 import numpy as np
 import pandas as pd
 
-from deboom.arrays import ComplexArray
-from deboom.common import AXES, N_PER_MM
+from deboom.arrays import AXES, ComplexArray
 from deboom.errors import InputError, naming
 from deboom.files.disk import replace_text
 from deboom.files.function_table import FunctionTable, read_function_table
@@ -31,7 +30,7 @@ from deboom.files.schema import (
 )
 from deboom.mounts.characterised_mount import CampaignRecord, CharacterisedMount, MountIdentity
 from deboom.mounts.rig import RigRun, RigStiffness, rig_mount, rig_stiffness
-from deboom.physics.dynamic_stiffness import displacement_from_acceleration
+from deboom.physics.dynamic_stiffness import N_PER_MM, displacement_from_acceleration
 from deboom.tabled import csv_text
 
 RIG_FILE = "rig.toml"

@@ -11,7 +11,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from deboom.arrays import RealArray, RealOrComplexArray
-from deboom.choices import FolderKind
 from deboom.compressor.hammer_identification import hammer_test_doubts
 from deboom.errors import InputError, naming
 from deboom.files.function_table import (
@@ -28,6 +27,7 @@ from deboom.files.inertance_test import (
     same_place,
     triaxial,
 )
+from deboom.files.kinds import FolderKind
 from deboom.files.platform import SPECTRA
 from deboom.files.rows import PlacedSensor
 from deboom.files.schema import (

@@ -14,9 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
-from deboom.arrays import RealArray
-from deboom.choices import FolderKind
-from deboom.common import AXES, shipped_studies
+from deboom.arrays import AXES, RealArray
 from deboom.errors import InputError, naming
 from deboom.files.function_table import (
     ANY_REFERENCE,
@@ -33,6 +31,7 @@ from deboom.files.function_table import (
     same_lines,
     with_their_tables,
 )
+from deboom.files.kinds import FolderKind
 from deboom.files.library_export import read_library_json
 from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT, ChannelRow, MountRow, read_torque_table
 from deboom.files.run_folder import hash_files
@@ -60,6 +59,7 @@ from deboom.files.schema import (
     telling,
     within,
 )
+from deboom.files.shipped_studies import shipped_studies
 from deboom.files.tables import read_table
 from deboom.files.uff import UffFunction
 from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_window

@@ -33,8 +33,8 @@ from pydantic import BaseModel, ConfigDict, Field, RootModel
 from deboom import __version__
 from deboom.errors import InputError
 from deboom.files.disk import opened_file, read_arrays, read_json, replace_bytes, replace_text
-from deboom.files.former_studies import names_of
 from deboom.files.schema import wrong_entries
+from deboom.files.shipped_studies import names_of
 from deboom.names import is_inside, path_inside
 from deboom.tabled import PACKED, json_text, table_file
 

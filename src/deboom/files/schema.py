@@ -18,9 +18,9 @@ import tomlkit
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from tomlkit.exceptions import TOMLKitError
 
-from deboom.choices import FolderKind
 from deboom.errors import InputError, naming
 from deboom.files.disk import MEBIBYTE, read_text, replace_text
+from deboom.files.kinds import FolderKind
 from deboom.names import is_inside, name_fault
 
 Note = Callable[[InputError], None]

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from deboom.choices import Language
 from deboom.errors import InputError
+from deboom.language import Language
 
 
 @dataclass(frozen=True)

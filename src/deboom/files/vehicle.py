@@ -10,9 +10,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from deboom.choices import FolderKind
 from deboom.errors import InputError, naming
 from deboom.files.function_table import FRF, Dof, FunctionMatrix
+from deboom.files.kinds import FolderKind
 from deboom.files.platform import SPECTRA, Engine, EngineTorque, MountEntry, mounts_of
 from deboom.files.rows import (
     CampaignChannel,

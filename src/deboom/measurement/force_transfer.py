@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray, checked
-from deboom.common import AXES
+from deboom.arrays import AXES, ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.campaign import ShakerRun
 from deboom.measurement.channels import Frf

@@ -14,8 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_triangular
 
-from deboom.arrays import ComplexArray, RealArray, checked, checked_array, frozen_copy
-from deboom.common import DOFS
+from deboom.arrays import DOFS, ComplexArray, RealArray, checked, checked_array, frozen_copy
 from deboom.errors import InputError
 from deboom.measurement.channels import (
     Frf,

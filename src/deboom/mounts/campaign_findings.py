@@ -13,8 +13,7 @@ from itertools import combinations
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.common import AXES
+from deboom.arrays import AXES, ComplexArray, RealArray
 from deboom.errors import Finding
 from deboom.measurement.campaign import Campaign, OperatingRun
 from deboom.measurement.channels import LoadCase, Spectrum

@@ -10,8 +10,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from deboom.arrays import short_repr
-from deboom.common import AXES, Progress
+from deboom.arrays import AXES, short_repr
 from deboom.errors import InputError
 from deboom.measurement.campaign import Campaign, MeasuredMount, OperatingRun
 from deboom.measurement.culprit import culprit_of_responses, explain_rotation_order
@@ -42,6 +41,7 @@ from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.mounts.self_calibration import FreeBody, self_calibrated
+from deboom.progress import Progress
 from deboom.tabled import Tabled
 
 SCATTER = "scatter of the force transfer matrix [1]"

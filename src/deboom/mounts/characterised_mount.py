@@ -9,8 +9,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray, checked, frozen_copy, short_repr
-from deboom.common import AXES
+from deboom.arrays import AXES, ComplexArray, RealArray, checked, frozen_copy, short_repr
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.mount import Mount

@@ -12,8 +12,7 @@ from numpy.polynomial.legendre import legvander
 from scipy.optimize import OptimizeResult, least_squares
 from scipy.spatial.transform import Rotation
 
-from deboom.arrays import ComplexArray, IntArray, RealArray
-from deboom.common import AXES
+from deboom.arrays import AXES, ComplexArray, IntArray, RealArray
 from deboom.measurement.channels import LoadCase
 from deboom.measurement.sensors import Tolerances
 from deboom.mounts.mount import Mount, in_mount_axes

@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import block_diag
 
-from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
-from deboom.common import AXES
+from deboom.arrays import AXES, BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.campaign import Campaign, MeasuredMount, OperatingRun
 from deboom.measurement.channels import Spectrum

@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import RealArray
-from deboom.common import AXES
+from deboom.arrays import AXES, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.physics.dynamic_stiffness import dynamic_stiffness

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2, f
 
-from deboom.arrays import RealArray
-from deboom.common import AXES
+from deboom.arrays import AXES, RealArray
 from deboom.errors import InputError
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
 from deboom.mounts.error_budget import TWO_SIDED

@@ -10,8 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from deboom.arrays import BoolArray, ComplexArray, RealArray, checked
-from deboom.common import AXES
+from deboom.arrays import AXES, BoolArray, ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.mounts.characterised_mount import (
     CharacterisedDirection,

@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import savgol_filter
 
-from deboom.arrays import BoolArray, ComplexArray, RealArray
-from deboom.common import AXES
+from deboom.arrays import AXES, BoolArray, ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.mounts.characterised_mount import CharacterisedMount

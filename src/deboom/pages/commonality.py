@@ -12,8 +12,7 @@ import pandas as pd
 from openpyxl.utils import get_column_letter
 
 from deboom import plot
-from deboom.arrays import RealArray
-from deboom.common import PERCENT
+from deboom.arrays import PERCENT, RealArray
 from deboom.explore.sharing import (
     SeparateOptima,
     SharedDesign,

@@ -14,9 +14,8 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.arrays import RealArray
-from deboom.common import PERCENT, Progress, listed
-from deboom.errors import InputError
+from deboom.arrays import PERCENT, RealArray
+from deboom.errors import InputError, listed
 from deboom.explore.front import (
     ENOUGH_SEEDS,
     LAST_PART,
@@ -45,6 +44,7 @@ from deboom.files.front_run import (
 )
 from deboom.files.run_folder import RunEntry
 from deboom.plot.style import signed
+from deboom.progress import Progress
 from deboom.report import Report
 
 CHUNK = 50

@@ -10,13 +10,13 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.arrays import RealArray
-from deboom.choices import Pick
-from deboom.common import N_PER_MM, PERCENT, listed
+from deboom.arrays import PERCENT, RealArray
 from deboom.compressor.mounted_fleet import (
     MountedFleet,
     travel_limit,
 )
+from deboom.errors import listed
+from deboom.explore.choices import Pick
 from deboom.explore.result import RISEN, Front
 from deboom.explore.robust import sigma_shares
 from deboom.explore.selection import indifference_intervals
@@ -36,6 +36,7 @@ from deboom.pages.front_answer import (
 from deboom.pages.limits import report_limits
 from deboom.pages.robust_front import aim_note
 from deboom.pages.sensitivity import index_table
+from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.plot.style import mount_colours, mount_of, signed, vehicle_colours
 from deboom.report import Report, Step, Table
 from deboom.vehicles.fleet_front import FleetFront

@@ -16,8 +16,7 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import RealArray
-from deboom.common import listed
-from deboom.errors import InputError
+from deboom.errors import InputError, listed
 from deboom.explore.correlation import (
     Correlations,
     Families,

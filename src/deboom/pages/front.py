@@ -9,7 +9,7 @@ import numpy as np
 
 from deboom import plot
 from deboom.arrays import RealArray
-from deboom.choices import Pick
+from deboom.explore.choices import Pick
 from deboom.explore.result import Front
 from deboom.files.front_table import facts_of, tables_of
 from deboom.files.made_parts import MadeParts

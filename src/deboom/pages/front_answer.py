@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import pandas as pd
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.common import PERCENT, listed
+from deboom.arrays import PERCENT, ComplexArray, RealArray
+from deboom.errors import listed
 from deboom.files.sound import run_up_files
 from deboom.measurement.booming_peaks import PeakChange
 from deboom.mounts.mount import Mount

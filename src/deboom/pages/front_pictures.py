@@ -6,10 +6,9 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.arrays import ComplexArray, RealArray
-from deboom.choices import Pick
-from deboom.common import PERCENT
+from deboom.arrays import PERCENT, ComplexArray, RealArray
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.pages.front import before_and_after, report_heard
 from deboom.pages.platform_front import PlatformFront
 from deboom.physics.rigid_body import forward_matrices

@@ -10,9 +10,8 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import RealArray
-from deboom.choices import Pick
-from deboom.common import N_PER_MM
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.explore.front import VERIFICATION, interval_of_scrambles
 from deboom.explore.robust import Robust
 from deboom.explore.selection import at_nominal
@@ -24,6 +23,7 @@ from deboom.files.tables import read_frame
 from deboom.names import path_inside
 from deboom.pages.live_model import Start, live_page
 from deboom.pages.supplier_study import SupplierStudy
+from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import (
     RUN_UP_RATE,

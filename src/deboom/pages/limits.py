@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import RealArray
-from deboom.common import listed
+from deboom.errors import listed
 from deboom.explore.moments import STATISTICS, Limit
 from deboom.explore.result import Front, SearchResult
 from deboom.explore.robust import Limits, chosen

@@ -12,7 +12,6 @@ from scipy.signal import ShortTimeFFT, get_window
 
 from deboom import plot
 from deboom.arrays import RealArray
-from deboom.choices import FolderKind
 from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign, read_time_run
 from deboom.files.check import check_folder
 from deboom.files.component_test import read_component_test
@@ -21,6 +20,7 @@ from deboom.files.folders import FOLDERS, kind_of_folder
 from deboom.files.function_table import with_their_tables
 from deboom.files.hammer_test import read_hammer_test
 from deboom.files.inertance_test import read_inertance_test
+from deboom.files.kinds import FolderKind
 from deboom.files.operating_test import read_operating_test
 from deboom.files.platform import read_platform
 from deboom.files.schema import load_toml

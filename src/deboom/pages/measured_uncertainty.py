@@ -11,8 +11,7 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.arrays import RealArray
-from deboom.common import PERCENT
+from deboom.arrays import PERCENT, RealArray
 from deboom.files.uncertain_index import UncertainIndex
 from deboom.measurement.uncertainty import (
     Interval,

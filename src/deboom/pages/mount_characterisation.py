@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.common import AXES, N_PER_MM
+from deboom.arrays import AXES
 from deboom.mounts.characterised_bench import (
     CharacterisedBench,
     direction_numbers,
@@ -28,6 +28,7 @@ from deboom.mounts.characterised_bench import (
 from deboom.mounts.error_budget import IDENTIFIED
 from deboom.mounts.operating_map import OperatingMap, Preload
 from deboom.pages.mount_figures import append_maps, append_runs, append_sensors, transfer_panels
+from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.plot import CurvePanel
 from deboom.report import Report
 

@@ -15,7 +15,6 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from deboom import plot
 from deboom.arrays import BoolArray, ComplexArray, RealArray
-from deboom.common import N_PER_MM
 from deboom.measurement.campaign import OperatingRun
 from deboom.measurement.force_transfer import ForceTransferMatrix
 from deboom.mounts.characterised_bench import (
@@ -27,6 +26,7 @@ from deboom.mounts.characterised_bench import (
 )
 from deboom.mounts.operating_map import OperatingMap, Preload
 from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot import CurvePanel, PointMap
 from deboom.plot.style import VEHICLE_PALETTE

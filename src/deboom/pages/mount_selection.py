@@ -12,8 +12,7 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import RealArray
-from deboom.choices import Pick
-from deboom.common import N_PER_MM
+from deboom.explore.choices import Pick
 from deboom.explore.result import Front
 from deboom.explore.robust import RobustValues
 from deboom.explore.search import VERIFIED
@@ -34,6 +33,7 @@ from deboom.pages.front_answer import (
 )
 from deboom.pages.motion import motion_report, report_runs
 from deboom.pages.robust_front import aim_note
+from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.plot.style import signed
 from deboom.report import Report, Step, Table
 from deboom.vehicles.catalogue import Catalogue, ordered_stiffness

@@ -9,9 +9,8 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import RealArray
-from deboom.choices import Pick
-from deboom.common import N_PER_MM
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.explore.front import thinned, unbeaten
 from deboom.explore.result import Front
 from deboom.explore.robust import RobustValues, chosen
@@ -19,6 +18,7 @@ from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.channels import LoadCase
 from deboom.pages.front import PANELS
 from deboom.pages.motion import MotionReport, factor_name, motion_report
+from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.plot.style import vehicle_colours
 from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.design_factor import Factor

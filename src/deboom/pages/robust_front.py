@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.arrays import RealArray
-from deboom.choices import Pick
-from deboom.common import PERCENT, listed
+from deboom.arrays import PERCENT, RealArray
+from deboom.errors import listed
+from deboom.explore.choices import Pick
 from deboom.explore.front import VERIFICATION, nondominated
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Limit
 from deboom.explore.result import Front

@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from deboom.arrays import RealArray
-from deboom.common import PERCENT, Progress, listed
+from deboom.arrays import PERCENT, RealArray
+from deboom.errors import listed
 from deboom.explore.sensitivity import (
     PairIndices,
     SensitivityInputs,
@@ -33,6 +33,7 @@ from deboom.pages.front_answer import abbreviations, spelled_out
 from deboom.pages.motion import factor_name, motion_name, motion_report
 from deboom.plot import HeatMap, IntervalPanel, LineMap, heat_maps, interval_panels, line_maps
 from deboom.plot.style import signed
+from deboom.progress import Progress
 from deboom.report import Report, Scalar, Step, Table
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.fleet import LOSS_SUFFIX

@@ -14,8 +14,8 @@ import pandas as pd
 from scipy.stats import gmean
 
 from deboom import plot
-from deboom.arrays import RealArray
-from deboom.common import AXES, N_PER_MM, PERCENT, listed
+from deboom.arrays import AXES, PERCENT, RealArray
+from deboom.errors import listed
 from deboom.explore.box import Box, BoxQuestion, face_shares, verified_share
 from deboom.explore.largest_box import LargestBox, tolerance_box
 from deboom.explore.selection import variables_without_effect
@@ -26,6 +26,7 @@ from deboom.measurement.uncertainty import Interval
 from deboom.pages.front import drawn_rows, left_out, report_cells
 from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_name, motion_report, report_runs
+from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.plot.style import mount_colours
 from deboom.report import Report, Step, Table
 from deboom.vehicles.booming_model import BoomingModel

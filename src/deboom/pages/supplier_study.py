@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from deboom.arrays import RealArray
-from deboom.choices import Pick
-from deboom.common import AXES
+from deboom.arrays import AXES, RealArray
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.explore.front import verification_response
 from deboom.explore.robust import Robust
 from deboom.explore.selection import at_nominal, variables_without_effect

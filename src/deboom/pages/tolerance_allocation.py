@@ -11,8 +11,7 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.arrays import RealArray
-from deboom.common import PERCENT
+from deboom.arrays import PERCENT, RealArray
 from deboom.explore.tolerance_allocation import (
     Allocation,
     Allocator,

@@ -8,6 +8,9 @@ import numpy.typing as npt
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 
+N_PER_MM = 1e-3
+"""From N/m to N/mm."""
+
 
 def displacement_from_acceleration(
     acceleration: npt.ArrayLike, frequency: npt.ArrayLike

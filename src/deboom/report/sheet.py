@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from deboom.choices import Language
 from deboom.errors import InputError
+from deboom.language import Language
 from deboom.plot.style import as_png
 from deboom.report.report import Picture, rendered
 from deboom.report.tables import Column, split_label, text_columns

@@ -24,7 +24,6 @@ from deboom.bench.fleet import load_fleet
 from deboom.bench.layout import LOAD_CASES
 from deboom.bench.powertrain import DRAWING, load_bench
 from deboom.bench.vehicle_writer import write_vehicle
-from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.files.campaign import (
     CAMPAIGN_FILE,
@@ -57,6 +56,7 @@ from deboom.mounts.characterise import (
 from deboom.mounts.characterised_bench import CharacterisedBench
 from deboom.mounts.characterised_mount import CharacterisedMount, MapPoints
 from deboom.mounts.library import MountLibrary, open_library
+from deboom.progress import Progress
 from deboom.vehicles.synthesis import DrivenVehicle, DrivenVehicles, VehicleTruth, bench_sets
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from deboom.arrays import RealArray
+from deboom.bench.choices import CalibrationLevel
 from deboom.bench.compressor_rig import (
     Operation,
     draw,
@@ -30,7 +31,6 @@ from deboom.bench.electric_car import (
     strike_body,
 )
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
-from deboom.choices import CalibrationLevel
 from deboom.compressor.mounted_fleet import CompressorFleet
 from deboom.errors import InputError
 from deboom.files.electric_car import read_electric_car

@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from deboom.bench.choices import CalibrationLevel, CompressorCase
 from deboom.bench.compressor_rig import operation, speeds
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.bench.electric_car import SOUND_FLOOR, draw_fleet, frozen_fleet, run_car
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
-from deboom.choices import CalibrationLevel, CompressorCase, FolderKind
 from deboom.compressor.acceptance import ComponentLimits, ComponentVerdict, component_verdicts
 from deboom.compressor.cabin_noise import (
     BAND,
@@ -48,6 +48,7 @@ from deboom.files.compressor_model import MODEL_FILE, read_fitted_bands
 from deboom.files.electric_car import read_electric_car
 from deboom.files.folders import refuse_other_kind
 from deboom.files.inertance_test import read_inertance_test
+from deboom.files.kinds import FolderKind
 from deboom.files.operating_test import read_operating_test
 from deboom.files.run_folder import hash_files
 from deboom.files.truth import read_compressor_truth, read_unbalance_truth

@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import RealArray
-from deboom.common import shipped_studies
 from deboom.errors import InputError, naming
 from deboom.explore.front import Replicates, replicates
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
@@ -22,6 +21,7 @@ from deboom.explore.search import VERIFIED
 from deboom.explore.space import DesignSpace
 from deboom.files.dakota import dakota_name, read_dakota, write_dakota
 from deboom.files.doe_table import DesignColumns, write_design_table
+from deboom.files.shipped_studies import shipped_studies
 from deboom.files.tables import read_columns
 from deboom.pages.limits import beyond_labels
 from deboom.runs.rebuilt import PLATFORM_FILE, compared_run

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from deboom.choices import Pick
+from deboom.explore.choices import Pick
 from deboom.files.disk import made_folder, replace_bytes
 from deboom.files.front_table import FRONT
 from deboom.files.run_folder import check_files, read_run

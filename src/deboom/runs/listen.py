@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from deboom.choices import Pick
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.files.disk import made_folder, replace_bytes, replace_text
 from deboom.files.front_run import design_name
 from deboom.files.sound import run_up_files

@@ -17,8 +17,7 @@ from typer import Argument, CallbackParam, Option
 from typer.models import ArgumentInfo, OptionInfo
 
 from deboom.arrays import RealArray
-from deboom.choices import CalibrationLevel
-from deboom.common import option_name
+from deboom.bench.choices import CalibrationLevel
 from deboom.errors import InputError, naming
 from deboom.explore.moments import (
     SIGMA_SUM,
@@ -434,3 +433,8 @@ def target_limits(
     if missing:
         raise InputError(f"there is no limit of {', '.join(missing)}: give every vehicle one")
     return np.array([limits[vehicle] for vehicle in vehicles])
+
+
+def option_name(name: str) -> str:
+    """Return how an option is typed, without its dashes; ``with_`` is ``with``, as in PEP 8."""
+    return name.rstrip("_").replace("_", "-")

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.common import choice
 from deboom.compressor.cabin_index import DATUM
 from deboom.compressor.mounted_fleet import (
     CompressorFleet,
@@ -16,7 +15,7 @@ from deboom.compressor.mounted_fleet import (
     mounted_fleet,
     travel_limit,
 )
-from deboom.errors import InputError
+from deboom.errors import InputError, choice
 from deboom.explore.robust import Robust
 from deboom.explore.search import RobustProblem
 from deboom.files.catalogue import platform_catalogue

@@ -9,16 +9,15 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from deboom.choices import Pick
-from deboom.common import shipped_studies
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.explore.front import replicates
 from deboom.explore.robust import Robust
 from deboom.files.disk import read_text
-from deboom.files.former_studies import FORMER_STUDIES
 from deboom.files.front_run import SAME_RESULT, ComparedRun, PlatformModel, RobustModel
 from deboom.files.front_table import FRONT
 from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
+from deboom.files.shipped_studies import FORMER_STUDIES, shipped_studies
 from deboom.pages.supplier_study import SupplierStudy
 from deboom.runs.runner import Study, arguments_of, load_study, study_files
 from deboom.runs.search import ThoroughSearchOptions

@@ -38,10 +38,8 @@ from pydantic import TypeAdapter, ValidationError
 from threadpoolctl import threadpool_limits
 from typer.core import TyperCommand
 
-from deboom.common import option_name, shipped_studies
 from deboom.errors import IncompleteReport, InputError
 from deboom.files.disk import read_text
-from deboom.files.former_studies import FORMER_STUDIES, MOVED, moved_imports
 from deboom.files.front_run import SAME_RESULT
 from deboom.files.run_folder import (
     LOCK,
@@ -57,6 +55,7 @@ from deboom.files.run_folder import (
     held,
     start_run,
 )
+from deboom.files.shipped_studies import FORMER_STUDIES, MOVED, moved_imports, shipped_studies
 from deboom.report import PAGE, SUMMARY, Report, Step
 from deboom.runs.options import (
     argument_for,
@@ -67,6 +66,7 @@ from deboom.runs.options import (
     is_hidden,
     is_lone_flag,
     is_positional,
+    option_name,
 )
 from deboom.runs.overview import command_of, refresh_overview
 from deboom.runs.result import RunContext

@@ -11,8 +11,8 @@ import numpy as np
 from typer import Option
 
 from deboom.arrays import RealArray
-from deboom.choices import SearchAlgorithm
 from deboom.errors import InputError
+from deboom.explore.choices import SearchAlgorithm
 from deboom.explore.moments import Limit, Objective
 from deboom.explore.result import Front, SearchResult
 from deboom.explore.robust import Robust

@@ -28,8 +28,8 @@ from starlette.routing import Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from deboom.arrays import RealArray
-from deboom.choices import Pick
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.explore.front import nondominated
 from deboom.explore.robust import kept_values
 from deboom.files.disk import read_text

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from deboom.choices import Language, Pick
 from deboom.compressor.mounted_fleet import MountedFleet
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.files.acceptance import Programme, read_programme, read_specification
 from deboom.files.front_run import ComparedRun, MountedModel
 from deboom.files.run_folder import RunEntry, check_files, read_run
+from deboom.language import Language
 from deboom.runs.rebuilt import compared_run, study_of, supplier_study_of
 from deboom.runs.runner import arguments_of
 from deboom.supplier.compressor_sheet import CompressorParts, CompressorSheet

@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.choices import Language
-from deboom.common import PERCENT
+from deboom.arrays import PERCENT
 from deboom.files.supplier_words import label, said
+from deboom.language import Language
 from deboom.report import Report, Step, Table
 from deboom.report.sheet import Sheet
 from deboom.supplier.delivery import (

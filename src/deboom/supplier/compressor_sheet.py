@@ -11,11 +11,10 @@ import numpy as np
 import pandas as pd
 from scipy.stats import norm
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.choices import Pick
-from deboom.common import N_PER_MM, PERCENT
+from deboom.arrays import PERCENT, ComplexArray, RealArray
 from deboom.compressor.cabin_index import GRAVITY, CabinIndex, MountStatics
 from deboom.errors import InputError
+from deboom.explore.choices import Pick
 from deboom.explore.front import verification_response
 from deboom.explore.robust import sigma_shares
 from deboom.explore.sensitivity import (
@@ -27,6 +26,7 @@ from deboom.explore.sensitivity import (
 from deboom.files.acceptance import Programme, SheetDirection, SupplierSpecification
 from deboom.files.front_run import ComparedRun, design_name
 from deboom.pages.sensitivity import TENTH
+from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.plot.style import mount_of
 from deboom.supplier.numbers import IMPORTANCE, SURE
 from deboom.supplier.sheet import NAN, DirectionFacts, PartSheet, SheetCurves, rounded

@@ -12,9 +12,8 @@ import pandas as pd
 from scipy.stats import linregress
 
 from deboom.arrays import RealArray
-from deboom.choices import Language
-from deboom.common import CONFIDENCE, N_PER_MM
 from deboom.errors import InputError
+from deboom.explore.moments import CONFIDENCE
 from deboom.explore.scatter import Capability, capability, fewest_pieces, predicted_pieces
 from deboom.explore.space import sobol_points
 from deboom.files.acceptance import (
@@ -27,6 +26,8 @@ from deboom.files.acceptance import (
 )
 from deboom.files.platform import platform_sha256
 from deboom.files.supplier_words import said
+from deboom.language import Language
+from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.plot.style import mount_of
 from deboom.tabled import Tabled
 from deboom.vehicles.booming_model import Motion

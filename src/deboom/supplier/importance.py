@@ -9,12 +9,12 @@ from functools import cached_property, partial
 import pandas as pd
 
 from deboom import plot
-from deboom.choices import Language
-from deboom.common import PERCENT
+from deboom.arrays import PERCENT
 from deboom.errors import InputError
 from deboom.files.run_folder import RunEntry
 from deboom.files.supplier_words import labelled, said
 from deboom.files.tables import read_frame
+from deboom.language import Language
 from deboom.mounts.mount import Mount
 from deboom.pages.front import drawn_rows
 from deboom.pages.sensitivity import NEGLIGIBLE, SLOPE, Analysis

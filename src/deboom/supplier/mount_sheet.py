@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.arrays import RealArray
-from deboom.common import N_PER_MM, PERCENT
+from deboom.arrays import PERCENT, RealArray
 from deboom.files.acceptance import (
     Programme,
     SheetDirection,
@@ -21,6 +20,7 @@ from deboom.files.front_run import design_name
 from deboom.mounts.mount import Mount
 from deboom.pages.motion import factor_name
 from deboom.pages.supplier_study import Direction, SupplierStudy
+from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.plot.style import INK, MUTED, mount_colours
 from deboom.supplier.numbers import ALL, MachineState, SupplierEffects, machine_states
 from deboom.supplier.sheet import (

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.common import AXES
+from deboom.arrays import AXES, ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.explore.robust import Robust
 from deboom.explore.sensitivity import (

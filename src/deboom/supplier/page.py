@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from deboom import plot
-from deboom.choices import Pick
+from deboom.explore.choices import Pick
 from deboom.files.disk import made_folder, replace_bytes
 from deboom.files.run_folder import RunEntry
 from deboom.files.schema import refuse_all

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from deboom.choices import Language
-from deboom.common import CONFIDENCE, PERCENT
+from deboom.arrays import PERCENT
+from deboom.explore.moments import CONFIDENCE
 from deboom.files.acceptance import AGREES, STATE_TOLERANCE
+from deboom.language import Language
 from deboom.supplier.delivery import INTERVAL
 
 

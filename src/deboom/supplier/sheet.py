@@ -15,9 +15,9 @@ import pandas as pd
 from scipy.stats import norm
 
 from deboom import plot
-from deboom.choices import Language
-from deboom.common import CONFIDENCE, PERCENT
+from deboom.arrays import PERCENT
 from deboom.errors import InputError
+from deboom.explore.moments import CONFIDENCE
 from deboom.files.acceptance import (
     DATA_SHEET,
     Programme,
@@ -25,6 +25,7 @@ from deboom.files.acceptance import (
     SupplierSpecification,
 )
 from deboom.files.supplier_words import label, labelled, said
+from deboom.language import Language
 from deboom.supplier.rules import acceptance_rules
 
 ABOVE = 1.25

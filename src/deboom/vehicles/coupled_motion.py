@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import block_diag
 
-from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
-from deboom.common import AXES
+from deboom.arrays import AXES, BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Band, LoadCase, lines_inside, refuse_doubled
 from deboom.mounts.mount import Mount, in_mount_axes

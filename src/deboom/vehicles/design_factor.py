@@ -16,8 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
-from deboom.common import AXES
+from deboom.arrays import AXES, BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.measurement.channels import LoadCase

@@ -9,8 +9,7 @@ from functools import cache
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked, short_repr
-from deboom.common import AXES
+from deboom.arrays import AXES, BoolArray, ComplexArray, IntArray, RealArray, checked, short_repr
 from deboom.errors import InputError
 from deboom.measurement.channels import Band, Frf, LoadCase, Spectrum, lines_inside, refuse_doubled
 from deboom.mounts.mount import Mount, in_mount_axes, in_vehicle_axes

@@ -18,14 +18,13 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, IntArray, RealArray
-from deboom.common import AXES, N_PER_MM
+from deboom.arrays import AXES, ComplexArray, IntArray, RealArray
 from deboom.errors import InputError
 from deboom.explore.space import checked_designs
 from deboom.measurement.channels import Band, LoadCase, lines_inside
 from deboom.mounts.mount import Mount, in_mount_axes
 from deboom.physics import rigid_body, sound_level
-from deboom.physics.dynamic_stiffness import dynamic_stiffness
+from deboom.physics.dynamic_stiffness import N_PER_MM, dynamic_stiffness
 from deboom.vehicles.amplitude_motion import AmplitudeMotion
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.coupled_motion import CoupledMotion

@@ -13,8 +13,7 @@ from typing import TypeAlias
 import numpy as np
 
 from deboom.arrays import RealArray, short_repr
-from deboom.common import choice, word_of
-from deboom.errors import DataWarning, Finding, InputError
+from deboom.errors import DataWarning, Finding, InputError, choice, word_of
 from deboom.measurement.channels import Band, LoadCase
 from deboom.mounts.characterised_mount import (
     ASSUMED,

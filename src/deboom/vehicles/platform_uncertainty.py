@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from deboom.common import AXES
+from deboom.arrays import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import Band, LoadCase, lines_inside
 from deboom.measurement.sensors import Tolerances

@@ -15,8 +15,7 @@ from itertools import combinations
 import numpy as np
 from numpy.polynomial.legendre import legvander3d
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.common import AXES
+from deboom.arrays import AXES, ComplexArray, RealArray
 from deboom.errors import Finding, InputError
 from deboom.measurement.channels import LoadCase
 from deboom.measurement.culprit import odd_channels

@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import PchipInterpolator
 
-from deboom.arrays import BoolArray, RealArray, checked, short_repr
-from deboom.common import AXES
+from deboom.arrays import AXES, BoolArray, RealArray, checked, short_repr
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.characterised_mount import CharacterisedMount

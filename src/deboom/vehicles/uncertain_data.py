@@ -18,8 +18,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray, checked
-from deboom.common import AXES
+from deboom.arrays import AXES, ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Band, LoadCase, Spectrum, lines_inside
 from deboom.measurement.uncertainty import complex_normals, local_magnitude

@@ -1,6 +1,6 @@
-"""Studies of version 0.3: names that they had, and where names that they import are today.
+"""Deboom's own studies: where they are, names that they had, and what they imported then.
 
-Versions before 0.5 take them.
+Versions before 0.5 take the names of version 0.3.
 """
 
 from __future__ import annotations
@@ -8,9 +8,17 @@ from __future__ import annotations
 import ast
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from deboom.errors import InputError
+
+
+def shipped_studies() -> Path:
+    """Return the folder of deboom's own studies: in the package, in a clone beside ``src``."""
+    package = Path(__file__).parents[1]
+    inside = package / "studies"
+    return inside if inside.is_dir() else package.parents[1] / "studies"
 
 
 @dataclass(frozen=True)

@@ -425,8 +425,10 @@ def test_batches_that_drift_through_the_interval_are_named_with_their_ppk():
     assert process.overall.cpk == pytest.approx(ppk)
     assert ppk < 1
     assert process.drift == pytest.approx(0.035 / 0.9)
-    assert "TSM x drifts by +3.9 % from batch to batch over 5 batches: Ppk" in process.words("en")
-    page = supplier_verdict(delivery, "en", "2026-11-28").html()
+    assert "TSM x drifts by +3.9 % from batch to batch over 5 batches: Ppk" in process.words(
+        Language.en
+    )
+    page = supplier_verdict(delivery, Language.en, "2026-11-28").html()
     assert "TSM x drifts by +3.9 %" in page
     assert "all 5 batches (Pp, Ppk)" in page
 
@@ -434,7 +436,7 @@ def test_batches_that_drift_through_the_interval_are_named_with_their_ppk():
 def test_batches_that_are_alike_do_not_drift():
     random = np.random.default_rng(1)
     delivery = batches_of([0.9 + 0.01 * random.standard_normal(20) for _ in range(5)])
-    assert [process.words("en") for process in delivery.processes] == [""]
+    assert [process.words(Language.en) for process in delivery.processes] == [""]
 
 
 def test_two_cavities_contradict_the_normal_law_that_shares_rest_on():

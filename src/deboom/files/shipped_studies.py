@@ -85,6 +85,20 @@ MOVED_NAMES: Mapping[str, Mapping[str, str]] = {
         "SetTruth": "deboom.mounts.characterised_bench.SetTruth",
         "read_set_truth": "deboom.files.truth.read_set_truth",
     },
+    "deboom.choices": {
+        "CalibrationLevel": "deboom.bench.choices.CalibrationLevel",
+        "CompressorCase": "deboom.bench.choices.CompressorCase",
+        "Pick": "deboom.explore.choices.Pick",
+        "SofteningLaw": "deboom.compressor.unbalance.SofteningLaw",
+        "pick_or_file": "deboom.explore.choices.pick_or_file",
+    },
+    "deboom.common": {
+        "AXES": "deboom.arrays.AXES",
+        "N_PER_MM": "deboom.physics.dynamic_stiffness.N_PER_MM",
+        "PERCENT": "deboom.arrays.PERCENT",
+        "Progress": "deboom.progress.Progress",
+        "listed": "deboom.errors.listed",
+    },
     "deboom.compressor.identification": {
         "IdentifyOptions": "deboom.compressor.identified_compressor.IdentifyOptions",
     },

@@ -32,12 +32,7 @@ from deboom.errors import InputError
 from deboom.explore.commonality import fewest_part_numbers, separate_sets
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import variables_without_effect
-from deboom.explore.sharing import (
-    Sharing,
-    SharingProblem,
-    check_together,
-    separate_optima,
-)
+from deboom.explore.sharing import Sharing, SharingProblem, check_together, separate_optima
 from deboom.explore.space import DesignSpace, responses
 from deboom.files.tables import row_of_each
 from deboom.files.uncertain_index import uncertain_index

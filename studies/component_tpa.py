@@ -35,12 +35,7 @@ from deboom.bench.component import ComponentPlan
 from deboom.bench.component_writer import write_component_test
 from deboom.errors import InputError
 from deboom.files.component_test import read_component_test, read_receiver
-from deboom.measurement.component_tpa import (
-    ComponentTpa,
-    InReceiver,
-    component_tpa,
-    in_receiver,
-)
+from deboom.measurement.component_tpa import ComponentTpa, InReceiver, component_tpa, in_receiver
 from deboom.pages.component_tpa import Measured, Truth, component_tpa_report
 from deboom.physics.force_inversion import CROSS_VALIDATED, PLAIN, Choice, Inversion
 from deboom.progress import counted, progress_bar

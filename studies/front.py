@@ -49,12 +49,7 @@ from deboom.errors import InputError
 from deboom.explore.robust import Robust
 from deboom.files.design_limits import files_of_limits, read_level_limits, read_mount_limits
 from deboom.files.made_parts import MadeParts
-from deboom.pages.correlation import (
-    DoeRequest,
-    Plan,
-    correlation_report,
-    correlation_study,
-)
+from deboom.pages.correlation import DoeRequest, Plan, correlation_report, correlation_study
 from deboom.pages.front import report_parts
 from deboom.pages.limits import report_limits
 from deboom.pages.motion import report_runs

@@ -59,10 +59,7 @@ from deboom.measurement.virtual_point import (
     virtual_point,
     virtual_point_frf,
 )
-from deboom.pages.identification import (
-    free_body_report,
-    identification_report,
-)
+from deboom.pages.identification import free_body_report, identification_report
 from deboom.progress import counted, progress_bar
 from deboom.report import Report
 from deboom.runs.compressor_tests import (

@@ -39,10 +39,7 @@ from deboom.files.uncertain_index import UncertainIndex, uncertain_index
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Band, Frf, lines_inside
 from deboom.measurement.measured_vehicle import Method, path_noise_transfer
-from deboom.measurement.uncertainty import (
-    LEAST_DRAWS,
-    method_difference,
-)
+from deboom.measurement.uncertainty import LEAST_DRAWS, method_difference
 from deboom.pages.measured_uncertainty import TODAY, Drawn, Repeated, uncertainty_report
 from deboom.pages.motion import report_runs
 from deboom.progress import progress_bar
@@ -55,9 +52,7 @@ from deboom.runs.search import SearchOptions
 from deboom.vehicles.expected_change import expected_or_why
 from deboom.vehicles.platform import Runs
 from deboom.vehicles.platform_uncertainty import transfer_sources
-from deboom.vehicles.uncertain_data import (
-    UncertaintySource,
-)
+from deboom.vehicles.uncertain_data import UncertaintySource
 
 VERIFICATION = 1024
 """Draws of each scramble that a search's front is verified with before designs are picked."""

@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from typer import Option
 
@@ -35,14 +35,7 @@ from deboom.progress import progress_bar
 from deboom.report import Report
 from deboom.runs.campaigns import given_vehicles, virtual_vehicles
 from deboom.runs.options import BAND, Seed, at_least
-from deboom.vehicles.synthesis import (
-    DrivenVehicles,
-    Listening,
-    validate,
-)
-
-if TYPE_CHECKING:
-    pass
+from deboom.vehicles.synthesis import DrivenVehicles, Listening, validate
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Array types, frozen dataclasses with checked arrays, and derivatives by differences."""
+"""Array types and axes, frozen dataclasses with checked arrays, and derivatives by differences."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Exceptions for users: faults of input that a user can correct."""
+"""Exceptions for users: faults of input that a user can correct, and words of their sentences."""
 
 from __future__ import annotations
 

@@ -10,14 +10,7 @@ import pytest
 from deboom.errors import listed
 from deboom.explore.robust import RobustValues, chosen
 from deboom.explore.sensitivity import SobolIndices
-from deboom.pages.front import (
-    PANELS,
-    curve_rows,
-    drawn_rows,
-    left_out,
-    report_cells,
-    report_heard,
-)
+from deboom.pages.front import PANELS, curve_rows, drawn_rows, left_out, report_cells, report_heard
 from deboom.pages.interactive_front import with_evaluated
 from deboom.pages.platform_front import DRAWN_OF_PRESCRIBED, PlatformFront
 from deboom.pages.sensitivity import index_figures, most_changed

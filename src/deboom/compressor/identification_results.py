@@ -21,6 +21,7 @@ from deboom.measurement.compressor_test import CompressorMount
 
 if TYPE_CHECKING:
     import numpy.typing as npt
+
 RUBBER_LINES = np.arange(10.0, 30.5, 0.5)
 """Where the gain is judged: around the rigid-body modes [Hz]."""
 SMALLEST_SHARE = 1e-6

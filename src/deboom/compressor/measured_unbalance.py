@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -13,18 +12,42 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.acceptance import ComponentLimits, ComponentVerdict
 from deboom.compressor.hose_presence import HoseReaction, hose_reactions
 from deboom.compressor.identified_compressor import Identification
-from deboom.compressor.unbalance import (
-    RouteResult,
-    Unbalance,
-    unbalance,
-)
+from deboom.compressor.unbalance import RouteResult, SweepUnbalance, Unbalance, unbalance
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import HoseState, OperatingTest
 
-if TYPE_CHECKING:
-    pass
+SAME_LINE = 1e-6
+"""Largest relative distance of a line of a sweep from one of the truth [1]."""
 AUTOMATIC = "auto"
 """Route d, or e where the mounts have changed, no hose is seen and the hammer test has no alarm."""
+
+
+@dataclass(frozen=True, eq=False)
+class UnbalanceTruth:
+    """What truly turns and pushes.
+
+    - `path`: where it was read.
+    - `static`, `dynamic`: of all sources together [kg m, kg m²].
+    - `loads` (n_frequency, 6): sweep → load at the virtual point at its lines, gas included [N, N
+      m]; sweeps over time have none.
+    - `lines` (n_frequency,): sweep → its lines [Hz].
+    """
+
+    path: Path
+    static: complex
+    dynamic: complex
+    loads: Mapping[str, ComplexArray]
+    lines: Mapping[str, RealArray]
+
+    def load_of(self, sweep: SweepUnbalance) -> ComplexArray | None:
+        """Return the load at the lines of a sweep (n_frequency, 6) [N, N m]; None where unknown."""
+        if sweep.sweep not in self.loads:
+            return None
+        lines = self.lines[sweep.sweep]
+        places = np.argmin(np.abs(lines[:, np.newaxis] - sweep.frequency), axis=0)
+        if not np.allclose(lines[places], sweep.frequency, rtol=SAME_LINE, atol=0.0):
+            return None  # nothing is interpolated
+        return np.asarray(self.loads[sweep.sweep][places])
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,47 +148,3 @@ def reactions_of_hoses(
         change=lambda lines: np.asarray(np.interp(lines, state.frequency, state.curve)),
         sense=evaluation.sense.sense,
     )
-
-
-SAME_LINE = 1e-6
-"""Largest relative distance of a line of a sweep from one of the truth [1]."""
-
-
-class SweepLines(Protocol):
-    """Lines of a sweep: its name `sweep` and their `frequency` [Hz], (n,)."""
-
-    @property
-    def sweep(self) -> str:
-        """Name of the sweep."""
-
-    @property
-    def frequency(self) -> RealArray:
-        """Frequency of each line [Hz]."""
-
-
-@dataclass(frozen=True, eq=False)
-class UnbalanceTruth:
-    """What truly turns and pushes.
-
-    - `path`: where it was read.
-    - `static`, `dynamic`: of all sources together [kg m, kg m²].
-    - `loads` (n_frequency, 6): sweep → load at the virtual point at its lines, gas included [N, N
-      m]; sweeps over time have none.
-    - `lines` (n_frequency,): sweep → its lines [Hz].
-    """
-
-    path: Path
-    static: complex
-    dynamic: complex
-    loads: Mapping[str, ComplexArray]
-    lines: Mapping[str, RealArray]
-
-    def load_of(self, sweep: SweepLines) -> ComplexArray | None:
-        """Return the load at the lines of a sweep (n_frequency, 6) [N, N m]; None where unknown."""
-        if sweep.sweep not in self.loads:
-            return None
-        lines = self.lines[sweep.sweep]
-        places = np.argmin(np.abs(lines[:, np.newaxis] - sweep.frequency), axis=0)
-        if not np.allclose(lines[places], sweep.frequency, rtol=SAME_LINE, atol=0.0):
-            return None  # nothing is interpolated
-        return np.asarray(self.loads[sweep.sweep][places])

@@ -11,11 +11,7 @@ import numpy.typing as npt
 from deboom.arrays import DOFS, ComplexArray, RealArray, RealOrComplexArray, checked
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
-from deboom.physics.forced_response import (
-    SMALLEST_AMPLITUDE,
-    ConvergenceError,
-    forced_response,
-)
+from deboom.physics.forced_response import SMALLEST_AMPLITUDE, ConvergenceError, forced_response
 from deboom.physics.rigid_body import (
     forward_matrices,
     mass_matrix,

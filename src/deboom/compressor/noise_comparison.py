@@ -9,10 +9,7 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray
-from deboom.compressor.cabin_noise import (
-    NoiseBand,
-    SweepNoise,
-)
+from deboom.compressor.cabin_noise import NoiseBand, SweepNoise
 from deboom.measurement.booming_peaks import MatchedPeaks, booming_peaks, match_peaks
 from deboom.measurement.compressor_test import HoseState
 from deboom.physics.sound_level import a_weighting, energy_sum

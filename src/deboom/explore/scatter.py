@@ -20,13 +20,7 @@ from scipy.stats import chi2, invwishart, norm, shapiro
 from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
 from deboom.explore.choices import Distribution
-from deboom.explore.space import (
-    LARGEST_UNCUT,
-    DesignSpace,
-    checked_seed,
-    generator,
-    sobol_points,
-)
+from deboom.explore.space import LARGEST_UNCUT, DesignSpace, checked_seed, generator, sobol_points
 
 FEWEST_FOR_LAW, NOT_NORMAL = 8, 1e-3
 """Pieces that say something about a law, and the p-value below which it is not the normal one."""

@@ -34,12 +34,7 @@ from pymoo.util.ref_dirs import get_reference_directions
 from deboom.arrays import RealArray
 from deboom.errors import InputError, listed
 from deboom.explore.choices import SearchAlgorithm
-from deboom.explore.descent import (
-    by_differences,
-    converged_front,
-    is_smooth,
-    without_gradient,
-)
+from deboom.explore.descent import by_differences, converged_front, is_smooth, without_gradient
 from deboom.explore.doe import checked_within, designs_of, latin_hypercube
 from deboom.explore.front import hypervolume, pareto_front, replicates, thinned, verified
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Limit

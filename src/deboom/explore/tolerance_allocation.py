@@ -17,10 +17,7 @@ from deboom.arrays import RealArray, checked, frozen_copy
 from deboom.errors import InputError
 from deboom.explore.choices import Distribution
 from deboom.explore.robust import Robust, RobustEvaluation, RobustValues, joined
-from deboom.explore.scatter import (
-    ToleranceSample,
-    sobol_sample,
-)
+from deboom.explore.scatter import ToleranceSample, sobol_sample
 from deboom.explore.space import SIGMAS_PER_TOLERANCE, DesignSpace, check_gradient
 from deboom.tabled import Tabled
 

@@ -30,12 +30,7 @@ from deboom.files.inertance_test import (
 )
 from deboom.files.kinds import FolderKind
 from deboom.files.platform import SPECTRA
-from deboom.files.rows import (
-    PlacedImpact,
-    PlacedSensor,
-    impact_of,
-    sensor_of,
-)
+from deboom.files.rows import PlacedImpact, PlacedSensor, impact_of, sensor_of
 from deboom.files.schema import (
     AtLeastOne,
     FolderRecord,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +13,6 @@ from deboom.compressor.model import GAIN_PARAMETERS, MountsOverStroke
 from deboom.compressor.parameters import MinimalParameters
 from deboom.errors import InputError
 from deboom.files.disk import read_document
-
-if TYPE_CHECKING:
-    pass
 
 FORMAT = "deboom identified compressor"
 VERSION = 1

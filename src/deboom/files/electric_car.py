@@ -20,12 +20,7 @@ from deboom.files.inertance_test import (
 )
 from deboom.files.kinds import FolderKind
 from deboom.files.operating_test import read_operating_test, sweep_lines
-from deboom.files.rows import (
-    PlacedImpact,
-    PlacedSensor,
-    impact_of,
-    sensor_of,
-)
+from deboom.files.rows import PlacedImpact, PlacedSensor, impact_of, sensor_of
 from deboom.files.schema import (
     AtLeastOne,
     FolderRecord,

@@ -12,19 +12,13 @@ import pandas as pd
 from deboom.arrays import AXES
 from deboom.errors import InputError
 from deboom.files.campaign import CAMPAIGN
-from deboom.files.component_test import (
-    COMPONENT,
-)
+from deboom.files.component_test import COMPONENT
 from deboom.files.disk import complete_or_not_at_all, replace_bytes, replace_text
 from deboom.files.electric_car import CAR
 from deboom.files.hammer_test import HAMMER
-from deboom.files.inertance_test import (
-    COMPRESSOR,
-)
+from deboom.files.inertance_test import COMPRESSOR
 from deboom.files.kinds import FolderKind, FunctionFiles
-from deboom.files.operating_test import (
-    OPERATION,
-)
+from deboom.files.operating_test import OPERATION
 from deboom.files.platform import PLATFORM, MountEntry
 from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT
 from deboom.files.schema import FolderRecord, doubled, refuse_all

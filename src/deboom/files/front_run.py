@@ -17,10 +17,7 @@ from deboom.explore.choices import Pick
 from deboom.explore.robust import Robust
 from deboom.files.doe_table import read_plan
 from deboom.files.front_table import FILES, FRONT, FrontTable
-from deboom.files.run_folder import (
-    RECORD,
-    RunEntry,
-)
+from deboom.files.run_folder import RECORD, RunEntry
 from deboom.vehicles.platform import Runs
 
 SAME_RESULT = ("workers", "scheduler")

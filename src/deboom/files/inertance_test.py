@@ -17,13 +17,7 @@ from deboom.files.function_table import FRF, Dof, FunctionMatrix
 from deboom.files.hammer_test import read_hammer_test
 from deboom.files.kinds import FolderKind
 from deboom.files.pyfbs_sheets import has_pyfbs_sheets, read_pyfbs_sheet
-from deboom.files.rows import (
-    PlacedImpact,
-    PlacedSensor,
-    impact_of,
-    sensor_of,
-    struck,
-)
+from deboom.files.rows import PlacedImpact, PlacedSensor, impact_of, sensor_of, struck
 from deboom.files.schema import (
     FolderRecord,
     GainTolerance,

@@ -11,15 +11,9 @@ import pandas as pd
 
 from deboom.arrays import PERCENT
 from deboom.errors import InputError
-from deboom.explore.scatter import (
-    PartNumber,
-    ToleranceStructure,
-    part_structure,
-)
+from deboom.explore.scatter import PartNumber, ToleranceStructure, part_structure
 from deboom.explore.space import SIGMAS_PER_TOLERANCE, DesignSpace
-from deboom.explore.tolerance_allocation import (
-    ToleranceCost,
-)
+from deboom.explore.tolerance_allocation import ToleranceCost
 from deboom.files.library_export import library_parts
 from deboom.files.limits import MeasuredEntry, PartScatterFile, load_parts
 from deboom.files.tables import row_of_each

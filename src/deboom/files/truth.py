@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +17,6 @@ from deboom.files.disk import read_arrays
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.mounts.characterised_bench import SetTruth
 from deboom.names import path_inside
-
-if TYPE_CHECKING:
-    pass
 
 
 def read_set_truth(campaign_folder: Path, mount_set: str) -> SetTruth | None:

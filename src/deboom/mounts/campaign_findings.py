@@ -21,12 +21,7 @@ from deboom.measurement.culprit import culprit_of_responses, odd_channels
 from deboom.measurement.quality import LARGEST_INCONSISTENCY, geometric_consistency
 from deboom.mounts.losses import loss_faults
 from deboom.mounts.measuring_chain import InstrumentedBody, instrumented_bodies
-from deboom.physics.rigid_body import (
-    LARGEST_RESIDUAL,
-    box_density,
-    forward_matrices,
-    not_rigid,
-)
+from deboom.physics.rigid_body import LARGEST_RESIDUAL, box_density, forward_matrices, not_rigid
 
 TORQUE_GAP = 0.15
 """Difference of moment and wheel torque, or of torque and its limit, that is named [1]."""

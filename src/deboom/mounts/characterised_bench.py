@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +31,43 @@ from deboom.mounts.response_surface import (
 
 CHECK_CASES = ((5, 120.0), (5, 220.0), (6, 120.0), (6, 160.0), (6, 220.0), (7, 220.0))
 """Gear and torque limit [N m] of the full-load runs that surfaces are judged with: thesis, 3.5."""
+
+
+@dataclass(frozen=True, eq=False)
+class SetTruth:
+    """True stiffness of all mounts of one set, run by run.
+
+    - `path`: where it was read.
+    - `runs`, `channels`: names along the first and the last axis.
+    - `frequency` (n_frequency,): [Hz].
+    - `stiffness` (n_run, n_frequency, n_channel): complex dynamic stiffness [N/m].
+    """
+
+    path: Path
+    runs: tuple[str, ...]
+    channels: tuple[str, ...]
+    frequency: RealArray
+    stiffness: ComplexArray
+
+    def at(self, measured: OperatingMap) -> ComplexArray:
+        """Return the true stiffness at every line of a map, shape (n,) [N/m].
+
+        - raises InputError: a line, run or channel that the truth does not know.
+        """
+        labels, inverse = np.unique(measured.run, return_inverse=True)
+        places = []
+        for label in labels:
+            run, _, piece = str(label).partition(" ")
+            channel = " ".join(filter(None, (measured.mount, piece, measured.axis)))
+            if run not in self.runs or channel not in self.channels:
+                raise InputError(f"{self.path}: no truth of channel {channel} in run {run}")
+            places.append((self.runs.index(run), self.channels.index(channel)))
+        rows = np.searchsorted(self.frequency, measured.frequency - 1e-6)
+        nearest = self.frequency[np.minimum(rows, self.frequency.size - 1)]
+        if not np.allclose(nearest, measured.frequency, rtol=0, atol=1e-6):
+            raise InputError(f"{self.path}: its frequency lines are not those of the campaign")
+        run_place, channel_place = np.array(places)[inverse].T
+        return np.asarray(self.stiffness[run_place, rows, channel_place])
 
 
 @dataclass(frozen=True, eq=False)
@@ -352,60 +388,3 @@ def force_transfer_table(matrices: Sequence[ForceTransferMatrix]) -> pd.DataFram
 
 def _points(bench: CharacterisedBench) -> list[MountPoint]:
     return [point for chain in bench.result.chains for point in chain.alignment.body.points]
-
-
-class MeasuredLines(Protocol):
-    """Lines of one direction of a mount, as measured: `run` and `frequency` [Hz] of each, (n,)."""
-
-    @property
-    def mount(self) -> str:
-        """Name of the mount."""
-
-    @property
-    def axis(self) -> str:
-        """Axis of the mount."""
-
-    @property
-    def run(self) -> npt.NDArray[np.str_]:
-        """Run of each line, with the piece where a mount has several."""
-
-    @property
-    def frequency(self) -> RealArray:
-        """Frequency of each line [Hz]."""
-
-
-@dataclass(frozen=True, eq=False)
-class SetTruth:
-    """True stiffness of all mounts of one set, run by run.
-
-    - `path`: where it was read.
-    - `runs`, `channels`: names along the first and the last axis.
-    - `frequency` (n_frequency,): [Hz].
-    - `stiffness` (n_run, n_frequency, n_channel): complex dynamic stiffness [N/m].
-    """
-
-    path: Path
-    runs: tuple[str, ...]
-    channels: tuple[str, ...]
-    frequency: RealArray
-    stiffness: ComplexArray
-
-    def at(self, measured: MeasuredLines) -> ComplexArray:
-        """Return the true stiffness at every line of a map, shape (n,) [N/m].
-
-        - raises InputError: a line, run or channel that the truth does not know.
-        """
-        labels, inverse = np.unique(measured.run, return_inverse=True)
-        places = []
-        for label in labels:
-            run, _, piece = str(label).partition(" ")
-            channel = " ".join(filter(None, (measured.mount, piece, measured.axis)))
-            if run not in self.runs or channel not in self.channels:
-                raise InputError(f"{self.path}: no truth of channel {channel} in run {run}")
-            places.append((self.runs.index(run), self.channels.index(channel)))
-        rows = np.searchsorted(self.frequency, measured.frequency - 1e-6)
-        nearest = self.frequency[np.minimum(rows, self.frequency.size - 1)]
-        if not np.allclose(nearest, measured.frequency, rtol=0, atol=1e-6):
-            raise InputError(f"{self.path}: its frequency lines are not those of the campaign")
-        run_place, channel_place = np.array(places)[inverse].T
-        return np.asarray(self.stiffness[run_place, rows, channel_place])

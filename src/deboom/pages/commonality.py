@@ -13,11 +13,7 @@ from openpyxl.utils import get_column_letter
 
 from deboom import plot
 from deboom.arrays import PERCENT, RealArray
-from deboom.explore.sharing import (
-    SeparateOptima,
-    SharedDesign,
-    SharingProblem,
-)
+from deboom.explore.sharing import SeparateOptima, SharedDesign, SharingProblem
 from deboom.pages.front_answer import (
     abbreviations,
     expected_column,

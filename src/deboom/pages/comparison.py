@@ -38,10 +38,7 @@ from deboom.explore.front import (
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
 from deboom.explore.robust import Robust
 from deboom.explore.selection import at_nominal, variables_without_effect
-from deboom.files.front_run import (
-    NOT_THE_CONFIGURATION,
-    ComparedRun,
-)
+from deboom.files.front_run import NOT_THE_CONFIGURATION, ComparedRun
 from deboom.files.run_folder import RunEntry
 from deboom.plot.style import signed
 from deboom.progress import Progress

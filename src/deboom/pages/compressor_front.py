@@ -11,18 +11,13 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import PERCENT, RealArray
-from deboom.compressor.mounted_fleet import (
-    MountedFleet,
-    travel_limit,
-)
+from deboom.compressor.mounted_fleet import MountedFleet, travel_limit
 from deboom.errors import listed
 from deboom.explore.choices import Pick
 from deboom.explore.result import RISEN, Front
 from deboom.explore.robust import sigma_shares
 from deboom.explore.selection import indifference_intervals
-from deboom.explore.sensitivity import (
-    SobolIndices,
-)
+from deboom.explore.sensitivity import SobolIndices
 from deboom.pages.front import report_front, report_heard
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,

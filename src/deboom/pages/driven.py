@@ -10,11 +10,7 @@ import pandas as pd
 from deboom.arrays import RealArray
 from deboom.files.front_run import design_name
 from deboom.measurement.booming_peaks import TOLERANCE
-from deboom.pages.front_answer import (
-    expected_numbers,
-    expected_on_average,
-    expected_sentence,
-)
+from deboom.pages.front_answer import expected_numbers, expected_on_average, expected_sentence
 from deboom.pages.supplier_study import SupplierStudy
 from deboom.plot.style import signed
 from deboom.report import Report, Step, Table

@@ -35,7 +35,7 @@ from deboom.compressor.parameter_information import (
 )
 from deboom.compressor.thesis_parameter_fit import ThesisFit
 from deboom.errors import InputError
-from deboom.files.compressor_model import compressor_document
+from deboom.files.compressor_model import MODEL_FILE, compressor_document
 from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import InertanceTest
 from deboom.measurement.free_body import FreeBody
@@ -43,9 +43,6 @@ from deboom.measurement.quality import quality_table
 from deboom.physics.rigid_body import mass_matrix
 from deboom.report import Report, Step
 from deboom.report.tables import in_words
-
-if TYPE_CHECKING:
-    pass
 
 if TYPE_CHECKING:
     from deboom.plot import Figure
@@ -62,8 +59,6 @@ WIDE_BAND = 1.96
 """Standard deviations of a 95 % interval."""
 SHOWN_ROWS = 12
 """Of long tables; the files of the run hold them all."""
-MODEL_FILE = "compressor_model"
-"""Stem of the file that other studies load."""
 TABLE_11 = (
     "parameter",
     "unit",

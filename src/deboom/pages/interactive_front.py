@@ -25,12 +25,7 @@ from deboom.pages.live_model import Start, live_page
 from deboom.pages.supplier_study import SupplierStudy
 from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.physics.order_tracking import rpm_of_frequency
-from deboom.physics.sound_level import (
-    RUN_UP_RATE,
-    RUN_UP_SECONDS,
-    full_scale,
-    run_up_sound,
-)
+from deboom.physics.sound_level import RUN_UP_RATE, RUN_UP_SECONDS, full_scale, run_up_sound
 from deboom.plot.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
 from deboom.report.interactive import Axis, InteractiveFront
 from deboom.report.report import Picture

@@ -22,11 +22,7 @@ from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.plot.style import vehicle_colours
 from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.design_factor import Factor
-from deboom.vehicles.expected_change import (
-    ExpectedChange,
-    expected_or_why,
-    half_width_of_others,
-)
+from deboom.vehicles.expected_change import ExpectedChange, expected_or_why, half_width_of_others
 from deboom.vehicles.fleet_front import FleetFront
 from deboom.vehicles.free_directions import DirectionFreedom, free_directions
 from deboom.vehicles.limits import mount_price

@@ -12,12 +12,7 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import PERCENT, RealArray
-from deboom.explore.tolerance_allocation import (
-    Allocation,
-    Allocator,
-    FreeTolerances,
-    Verified,
-)
+from deboom.explore.tolerance_allocation import Allocation, Allocator, FreeTolerances, Verified
 from deboom.mounts.mount import Mount
 from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_report

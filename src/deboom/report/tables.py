@@ -13,9 +13,6 @@ import pandas as pd
 from deboom.errors import InputError
 
 if TYPE_CHECKING:
-    pass
-
-if TYPE_CHECKING:
     import pandas as pd
 
 UNIT_DECIMALS: Mapping[str, int] = {

@@ -143,7 +143,7 @@ def write_platform_library(
 ) -> Path:
     """Measure the parts of a virtual platform on its bench, characterise and export them.
 
-    - `path`: JSON, `deboom.runs.platform_options.LIBRARY_FILE` in the platform's folder.
+    - `path`: JSON, `deboom.vehicles.platform.LIBRARY_FILE` in the platform's folder.
     - `family`: as of `deboom.bench.platform_writer.write_platform`.
     - Map points stay out: they are a hundred times as long, and forces come from the surfaces.
     - raises InputError: seed below 1, or a file that cannot be written.

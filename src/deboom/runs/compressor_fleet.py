@@ -11,13 +11,7 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.bench.choices import CalibrationLevel
-from deboom.bench.compressor_rig import (
-    Operation,
-    draw,
-    gas_factor,
-    operation,
-    placement_errors,
-)
+from deboom.bench.compressor_rig import Operation, draw, gas_factor, operation, placement_errors
 from deboom.bench.electric_car import (
     CABIN_NOISE,
     ElectricCarBody,

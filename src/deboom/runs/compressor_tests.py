@@ -39,10 +39,7 @@ from deboom.compressor.measured_unbalance import (
 from deboom.compressor.mount_shares import mount_shares
 from deboom.compressor.noise_comparison import CarNoise, DrawnCar, in_band
 from deboom.compressor.thesis_parameter_fit import fit_thesis_parameters
-from deboom.compressor.unbalance import (
-    UnbalanceOptions,
-    unbalance,
-)
+from deboom.compressor.unbalance import UnbalanceOptions, unbalance
 from deboom.errors import InputError
 from deboom.files.compressor_model import MODEL_FILE, read_fitted_bands
 from deboom.files.electric_car import read_electric_car
@@ -52,9 +49,7 @@ from deboom.files.kinds import FolderKind
 from deboom.files.operating_test import read_operating_test
 from deboom.files.run_folder import hash_files
 from deboom.files.truth import read_compressor_truth, read_unbalance_truth
-from deboom.measurement.compressor_test import (
-    InertanceTest,
-)
+from deboom.measurement.compressor_test import InertanceTest
 from deboom.measurement.electric_car import wrench_noise_transfer
 from deboom.physics.sound_level import spl
 

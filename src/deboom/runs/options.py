@@ -19,13 +19,7 @@ from typer.models import ArgumentInfo, OptionInfo
 from deboom.arrays import RealArray
 from deboom.bench.choices import CalibrationLevel
 from deboom.errors import InputError, naming
-from deboom.explore.moments import (
-    SIGMA_SUM,
-    STATISTICS,
-    Estimator,
-    Limit,
-    Objective,
-)
+from deboom.explore.moments import SIGMA_SUM, STATISTICS, Estimator, Limit, Objective
 from deboom.explore.robust import MOST_OBJECTIVES, Robust
 from deboom.explore.scatter import (
     FreshGaussianSampler,

@@ -21,14 +21,7 @@ from deboom.supplier.compressor_sheet import CompressorParts, CompressorSheet
 from deboom.supplier.importance import importance_sheets, is_sensitivity
 from deboom.supplier.mount_sheet import MountSheet
 from deboom.supplier.numbers import SupplierEffects
-from deboom.supplier.page import (
-    NOTHING,
-    STEM,
-    WrittenSheets,
-    documents,
-    provenance,
-    written_sheets,
-)
+from deboom.supplier.page import NOTHING, STEM, WrittenSheets, documents, provenance, written_sheets
 from deboom.supplier.sheet import PartSheet
 from deboom.supplier.sources import (
     SheetFiles,

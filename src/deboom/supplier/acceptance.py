@@ -14,11 +14,7 @@ from deboom.files.supplier_words import label, said
 from deboom.language import Language
 from deboom.report import Report, Step, Table
 from deboom.report.sheet import Sheet
-from deboom.supplier.delivery import (
-    INTERVAL,
-    Delivery,
-    PartVerdict,
-)
+from deboom.supplier.delivery import INTERVAL, Delivery, PartVerdict
 from deboom.supplier.page import show
 from deboom.supplier.rules import acceptance_rules
 from deboom.supplier.sheet import SHORT_HASH

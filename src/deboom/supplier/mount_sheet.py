@@ -10,12 +10,7 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import PERCENT, RealArray
-from deboom.files.acceptance import (
-    Programme,
-    SheetDirection,
-    SupplierSpecification,
-    box_document,
-)
+from deboom.files.acceptance import Programme, SheetDirection, SupplierSpecification, box_document
 from deboom.files.front_run import design_name
 from deboom.mounts.mount import Mount
 from deboom.pages.motion import factor_name

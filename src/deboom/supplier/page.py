@@ -19,12 +19,7 @@ from deboom.files.tables import workbook_bytes
 from deboom.names import path_inside
 from deboom.report.sheet import Sheet
 from deboom.supplier.sheet import AT_STATE, RATIO, SHORT_HASH, PartSheet
-from deboom.supplier.sources import (
-    SheetFiles,
-    page_text,
-    refuse_leaks,
-    workbook_text,
-)
+from deboom.supplier.sources import SheetFiles, page_text, refuse_leaks, workbook_text
 
 TEST_ENDS = (
     "direction",

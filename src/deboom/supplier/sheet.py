@@ -18,12 +18,7 @@ from deboom import plot
 from deboom.arrays import PERCENT
 from deboom.errors import InputError
 from deboom.explore.moments import CONFIDENCE
-from deboom.files.acceptance import (
-    DATA_SHEET,
-    Programme,
-    SheetDirection,
-    SupplierSpecification,
-)
+from deboom.files.acceptance import DATA_SHEET, Programme, SheetDirection, SupplierSpecification
 from deboom.files.supplier_words import label, labelled, said
 from deboom.language import Language
 from deboom.supplier.rules import acceptance_rules

@@ -15,17 +15,8 @@ import numpy as np
 from deboom.arrays import RealArray, short_repr
 from deboom.errors import DataWarning, Finding, InputError, choice, word_of
 from deboom.measurement.channels import Band, LoadCase
-from deboom.mounts.characterised_mount import (
-    ASSUMED,
-    CharacterisedDirection,
-    CharacterisedMount,
-)
-from deboom.mounts.mount import (
-    Mount,
-    in_mount_axes,
-    mean_operating_stiffness,
-    refuse_active_mounts,
-)
+from deboom.mounts.characterised_mount import ASSUMED, CharacterisedDirection, CharacterisedMount
+from deboom.mounts.mount import Mount, in_mount_axes, mean_operating_stiffness, refuse_active_mounts
 from deboom.mounts.surface_forces import Outside, surface_forces
 from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
 from deboom.vehicles.coupled_motion import coupled_motion, refuse_reversed_channel

@@ -6,12 +6,11 @@ import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.compressor.mounted_fleet import MountedFleet
 from deboom.errors import InputError
 from deboom.explore.choices import Pick
 from deboom.explore.robust import Robust
@@ -19,6 +18,9 @@ from deboom.files.doe_table import read_plan
 from deboom.files.front_table import FILES, FRONT, FrontTable
 from deboom.files.run_folder import RECORD, RunEntry
 from deboom.vehicles.platform import Runs
+
+if TYPE_CHECKING:  # a front of a powertrain needs no compressor
+    from deboom.compressor.mounted_fleet import MountedFleet
 
 SAME_RESULT = ("workers", "scheduler")
 """Options that say who computes, not what: a resumed run may have others."""

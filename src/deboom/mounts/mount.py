@@ -5,16 +5,50 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.physics.rigid_body import rotation_matrix
+
+
+@checked(frequency="f", stiffness="line 3")
+class Bracket:
+    """What holds a mount in the car, and gives way in series with its rubber.
+
+    - `side`: ``engine`` or ``body``, the end of the mount that it holds.
+    - `frequency` (f,): lines of the stiffness; none where it is the same at all lines [Hz].
+    - `stiffness` (f, 3) or (1, 3): complex dynamic stiffness of each piece's bracket along the axes
+      of the mount [N/m].
+    - raises InputError: a stiffness of 0.
+    """
+
+    side: Literal["engine", "body"]
+    frequency: RealArray
+    stiffness: ComplexArray
+
+    def __post_init__(self) -> None:
+        if not np.all(self.stiffness):
+            raise InputError("a bracket without stiffness holds nothing: state its stiffness")
+
+    def compliance(self, frequency: RealArray) -> ComplexArray:
+        """Return the displacement per force along each axis at some lines, (f, 3) [m/N].
+
+        - raises InputError: lines at which the bracket was not measured.
+        """
+        if not self.frequency.size:
+            return np.broadcast_to(1.0 / self.stiffness, (frequency.size, len(AXES)))
+        at = np.searchsorted(self.frequency, frequency)
+        at = np.minimum(at, self.frequency.size - 1)
+        if not np.array_equal(self.frequency[at], frequency):
+            raise InputError("a bracket has other lines than the runs: bring both to the same ones")
+        return np.asarray(1.0 / self.stiffness[at])
 
 
 @dataclass(frozen=True)
@@ -38,6 +72,7 @@ class Mount:
     - `body_mass_tolerance`: half width of the body mass [kg].
     - `rotations`: turns of vehicle axes into the axes of each piece, about the fixed axes x, then
       y, then z, ``R = Rz Ry Rx`` as for sensors [rad]; none: all stand along the vehicle's axes.
+    - `brackets`: that hold it in the car and were not between the sensors of its test; none: rigid.
     - raises InputError: unknown axes; a tolerance below 0 or above the body mass; rotations that
       are not one per piece, not finite or beyond a whole turn.
     """
@@ -50,6 +85,7 @@ class Mount:
     body_mass: float | None = None
     body_mass_tolerance: float = 0.0
     rotations: tuple[tuple[float, float, float], ...] = ()
+    brackets: tuple[Bracket, ...] = ()
 
     def __post_init__(self) -> None:
         rotations = tuple(tuple(angles) for angles in self.rotations)

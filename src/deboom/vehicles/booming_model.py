@@ -363,7 +363,7 @@ def booming_model(
     ------
     InputError
         Coupled motion without a powertrain; loss factors together with amplitude-dependent motion
-        or settling parts, settling parts with prescribed motion; see also
+        or settling parts, settling parts or brackets with prescribed motion; see also
         `deboom.vehicles.fleet.path_contributions`, `deboom.vehicles.coupled_motion.coupled_motion`,
         `deboom.vehicles.amplitude_motion.amplitude_motion` and `BoomingModel`.
     """
@@ -376,6 +376,11 @@ def booming_model(
     if settling is not None and motion is Motion.prescribed:
         raise InputError(
             "a part that settles elsewhere moves otherwise too: take coupled or amplitude motion"
+        )
+    if motion is Motion.prescribed and any(mount.brackets for mount in mounts):
+        raise InputError(
+            "brackets give way to the force on them, which prescribed motion takes as measured: "
+            "take coupled motion, or leave bracket_stiffness_n_per_mm out"
         )
     surfaces = identified_surfaces(parts) if by_surface else {}
     cases: list[Case] = []

@@ -26,7 +26,13 @@ from deboom.mounts.mount import Mount
 from deboom.physics.sound_level import spl
 from deboom.vehicles import change_prior as prior
 from deboom.vehicles.booming_model import BoomingModel, CatalogueModel, Motion
-from deboom.vehicles.coupled_motion import CoupledMotion, FlexibleMotion, spring_shares, vars_of
+from deboom.vehicles.coupled_motion import (
+    CoupledMotion,
+    FlexibleMotion,
+    bracket_compliance,
+    spring_shares,
+    vars_of,
+)
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Fleet, Vehicle, paths_into, relative_noise
 
@@ -488,6 +494,8 @@ class _Bodies:
 
     - `frequency` (f,): lines of the draws [Hz].
     - `share` (s, p): parts of the force of every spring that enter the paths, see `spring_shares`.
+    - `brackets` (f, s): what stated brackets give way at the springs [m/N].
+    - `attached` (p,): paths that a stated bracket of the body holds, instead of one of the prior.
     - `lateral` (p,): paths along y. `pieces` (p,): pieces of a mount that share a path [1].
     - `receptance` (v, f, p, p): as measured, None where unknown [m/N]; `noise` (v,): relative [1].
     """
@@ -495,6 +503,8 @@ class _Bodies:
     information: Information
     frequency: RealArray
     share: RealArray
+    brackets: ComplexArray
+    attached: BoolArray
     lateral: BoolArray
     pieces: RealArray
     receptance: ComplexArray | None
@@ -510,6 +520,7 @@ class _Bodies:
     ) -> _Bodies:
         """Take what is known of a fleet's bodies on some lines."""
         paths = paths_into(mounts, fleet.vehicles[0].noise_transfer.inputs)
+        attached = [m.name for m in mounts for each in m.brackets if each.side == "body"]
         receptance, noise = None, np.zeros(len(fleet.vehicles))
         if information is not Information.unknown:
             measured = [_on_lines(vehicle, list(paths), frequency) for vehicle in fleet.vehicles]
@@ -521,6 +532,10 @@ class _Bodies:
             information=information,
             frequency=frequency,
             share=spring_shares(mounts, list(paths)),
+            brackets=bracket_compliance(mounts, frequency),
+            attached=np.array(
+                [variable.rpartition(" ")[0] in attached for variable, _ in paths.values()]
+            ),
             lateral=np.array([path.endswith(" y") for path in paths]),
             pieces=np.array([len(channels) for _, channels in paths.values()], dtype=float),
             receptance=receptance,
@@ -546,7 +561,10 @@ class _Bodies:
                 for each, noise in zip(self.receptance, self.noise, strict=True)
             ]
             paths = np.stack([np.tril(y) + np.tril(y, -1).swapaxes(1, 2) for y in drawn])
-        return np.asarray(self.share @ paths @ self.share.T)
+        springs = np.asarray(self.share @ paths @ self.share.T)
+        if self.brackets.any():
+            springs += self.brackets[..., np.newaxis] * np.eye(len(self.share))
+        return springs
 
     def struck(self, generator: np.random.Generator) -> _Bodies:
         """Draw a body, and return the bodies as if its driving points were measured."""
@@ -579,7 +597,8 @@ class _Bodies:
         omega = 2.0 * np.pi * self.frequency[:, np.newaxis]
         answer = 1.0 / (natural**2 - omega**2 + 2j * damping * natural * omega)
         modal = (shapes.T * answer[:, np.newaxis]) @ shapes
-        return np.asarray(modal + np.diag(1.0 / (self.pieces * stiffness)))
+        attachments = np.where(self.attached, 0.0, 1.0 / (self.pieces * stiffness))
+        return np.asarray(modal + np.diag(attachments))
 
 
 def _with_driving_points(body: ComplexArray, measured: ComplexArray) -> ComplexArray:

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator
 
 from deboom.arrays import RealArray
 from deboom.choices import FolderKind
@@ -48,6 +48,7 @@ from deboom.files.schema import (
     Number,
     Positive,
     RelativePath,
+    Row3,
     Several,
     StrictModel,
     beyond_gears,
@@ -62,11 +63,12 @@ from deboom.files.schema import (
 )
 from deboom.files.tables import read_table
 from deboom.files.uff import UffFunction
+from deboom.files.units import refuse_beyond
 from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_window
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.mount import Mount
+from deboom.mounts.mount import SIDES, Bracket, Mount, Side
 from deboom.mounts.surface_forces import as_mounted
-from deboom.names import look_alikes
+from deboom.names import is_inside, look_alikes
 from deboom.physics.order_tracking import dominant_order
 from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
 from deboom.vehicles.platform import LIBRARY_FILE, PLATFORM_FILE, MissingLibrary, Platform
@@ -76,6 +78,8 @@ RECEPTANCE_UNIT = "m/N"
 DRIVING_POINT = "driving point"
 _ORDINATE = {NOISE_TRANSFER: "pressure", DRIVING_POINT: "displacement"}
 """Of functions per force; spectra are named by theirs."""
+SOFTEST_BRACKET, STIFFEST_BRACKET = 50.0, 1e7
+"""Bounds of the stiffness of any bracket [N/mm]."""
 LOWEST, HIGHEST = 15.0, 140.0
 """Where the model of a drive on its mounts holds [Hz]."""
 SPECTRA = (0, 12, 27)
@@ -378,6 +382,37 @@ class PowertrainEntry(StrictModel):
         return inertia
 
 
+def _of_brackets(stated: object) -> object:
+    """Give one sentence for whatever is wrong; pydantic would give one for each kind of value."""
+    key = "bracket_stiffness_n_per_mm"
+    if not isinstance(stated, dict) or not stated or set(stated) - set(SIDES):
+        raise ValueError(f"{key} is of the brackets engine and body: write {{engine = [x, y, z]}}")
+    checked: dict[str, object] = {}
+    for side, value in stated.items():
+        checked[side] = value
+        if isinstance(value, str):
+            if not is_inside(value):
+                raise ValueError(f"{key}: name the table of {side} relative to the platform folder")
+            continue
+        numbers = value if isinstance(value, list | tuple) else ()
+        if [type(each) in (int, float) for each in numbers] != [True] * 3:
+            raise ValueError(
+                f"{key}: {side} has three numbers, along x, y and z of the mount, or the name of a "
+                "table"
+            )
+        if not all(SOFTEST_BRACKET <= each <= STIFFEST_BRACKET for each in numbers):
+            raise ValueError(
+                f"{key}: a bracket has {SOFTEST_BRACKET:g} to {STIFFEST_BRACKET:g} N/mm along each "
+                f"axis, not {list(numbers)}: is it in N/m or kN/mm?"
+            )
+        checked[side] = tuple(map(float, numbers))
+    return checked
+
+
+Brackets = Annotated[dict[Side, Row3 | RelativePath], BeforeValidator(_of_brackets)]
+"""Stiffness by side, along x, y and z of the mount [N/mm], or a table of these over frequency."""
+
+
 class MountEntry(StrictModel):
     """One mount."""
 
@@ -391,6 +426,9 @@ class MountEntry(StrictModel):
         | None
     ) = None
     body_mass_tolerance_kg: NotNegative | None = Field(default=None, validate_default=True)
+    # between powertrain and rubber (engine), and between rubber and body with the sheet metal that
+    # gives way about it (body), as far as they were not between the sensors of the mount's test
+    bracket_stiffness_n_per_mm: Brackets | None = None
 
     @field_validator("body_mass_tolerance_kg")
     @classmethod
@@ -401,6 +439,11 @@ class MountEntry(StrictModel):
         if mass is not None and (tolerance is None or tolerance >= mass):
             raise ValueError("a body mass needs a tolerance below it; state 0.0 for a weighed one")
         return tolerance
+
+    @property
+    def brackets(self) -> Mapping[Side, Row3 | str]:
+        """Stiffness or file of each bracket that is stated."""
+        return self.bracket_stiffness_n_per_mm or {}
 
     @property
     def piece_names(self) -> tuple[str, ...]:
@@ -493,6 +536,13 @@ class PlatformFile(StrictModel):
             yield from look_alikes(f"piece of mount {mount.name}", mount.piece_names)
             axes = f"transfer_axes of mount {mount.name} are named"
             yield from doubled(axes, mount.transfer_axes)
+        struck = [vehicle.name for vehicle in self.vehicles if vehicle.body is not None]
+        for mount in self.mounts:
+            if struck and "body" in mount.brackets:
+                yield (
+                    f"mount {mount.name} has a bracket of the body, and the receptance or driving "
+                    f"points of vehicle {struck[0]} hold it already: leave one of both out"
+                )
 
 
 def mounts_of(
@@ -606,6 +656,7 @@ class Functions:
     - `frequency` (f,): lines that all functions share [Hz].
     - `noise_transfer`: by vehicle.
     - `receptance`: by vehicle that has one, or driving points [m/N].
+    - `brackets`: by mount that has any.
     - `operating`: displacement and force, by load case.
     - `engine_torque`: by load case, where it was recorded [N m].
     """
@@ -613,6 +664,7 @@ class Functions:
     frequency: RealArray
     noise_transfer: Mapping[str, Columns]
     receptance: Mapping[str, Frf]
+    brackets: Mapping[str, tuple[Bracket, ...]]
     operating: Mapping[str, tuple[Columns, ...]]
     engine_torque: Mapping[str, RealArray]
 
@@ -693,7 +745,52 @@ def read_functions(folder: Path, file: PlatformFile, tables: Tables) -> Function
                 owner = f"{folder / str(vehicle.body)}: vehicle {vehicle.name}"
                 sentence = f"{owner}: its lines are not those of the noise transfer functions"
                 tell(InputError(f"{sentence}: {where}; export all on the same lines"))
-    return Functions(frequency, noise_transfer, receptance, operating, engine_torque)
+        brackets = {}
+        for mount in file.mounts:
+            with noting(tell):
+                brackets[mount.name] = tuple(
+                    _bracket(folder, mount.name, side, stated, frequency)
+                    for side, stated in mount.brackets.items()
+                )
+    return Functions(frequency, noise_transfer, receptance, brackets, operating, engine_torque)
+
+
+def _bracket(
+    folder: Path,
+    mount: str,
+    side: Side,
+    stated: Row3 | str,
+    frequency: RealArray,
+) -> Bracket:
+    """Take a bracket from its numbers [N/mm], or read it from its file."""
+    if not isinstance(stated, str):
+        return Bracket(side, np.empty(0), np.array([stated], dtype=np.complex128) * 1e3)
+    path = folder / stated
+    item = f"{path}: {side} bracket of mount {mount}"
+    if not is_table(path):
+        raise InputError(f"{item}: write it as a table: CSV, xlsx or MATLAB's mat")
+    table = read_function_table(path)
+    if not same_lines(frequency, table.frequency):
+        where = first_difference(frequency, table.frequency)
+        raise InputError(
+            f"{item}: its lines are not those of the noise transfer functions: {where}; export "
+            "all on the same lines"
+        )
+    columns = []
+    with telling() as tell:
+        for axis in AXES:
+            with noting(tell), naming(f"{item}, {axis}"):
+                unit, values = table.spectrum(axis)
+                if unit.si != "N/m":
+                    raise InputError(f"'{unit.label}' is no unit of a stiffness: export it in N/mm")
+                refuse_beyond("stiffness", values)
+                if np.any(values.real <= 0.0):
+                    raise InputError(
+                        "the stiffness is negative: check its sign, and that it is force per "
+                        "displacement"
+                    )
+                columns.append(values)
+    return Bracket(side, frequency, np.stack(columns, axis=1))
 
 
 def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Functions) -> Platform:
@@ -703,6 +800,11 @@ def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Funct
         inputs += [folder / name for name in (vehicle.noise_transfer, vehicle.body) if name]
     for entry in file.load_cases:
         inputs += [folder / name for name in (entry.operating, entry.torque_table) if name]
+    for mount in file.mounts:
+        inputs += [folder / stated for stated in mount.brackets.values() if isinstance(stated, str)]
+    mounts = tuple(
+        replace(mount, brackets=functions.brackets[mount.name]) for mount in tables.mounts
+    )
     read = with_their_tables(inputs)
     library, library_fault = _library(folder / LIBRARY_FILE, tables.mounts)
     return Platform(
@@ -710,7 +812,7 @@ def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Funct
         title=file.title,
         description=file.description,
         folder=folder,
-        mounts=tables.mounts,
+        mounts=mounts,
         powertrain=_powertrain(file.powertrain),
         fleet=Fleet(tuple(_vehicle(entry, functions) for entry in file.vehicles)),
         load_cases=tuple(_load_case(entry, file.engine, functions) for entry in file.load_cases),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -17,19 +17,23 @@ from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.physics.rigid_body import rotation_matrix
 
+Side = Literal["engine", "body"]
+"""End of a mount that a bracket holds."""
+SIDES: tuple[Side, ...] = get_args(Side)
+
 
 @checked(frequency="f", stiffness="line 3")
 class Bracket:
     """What holds a mount in the car, and gives way in series with its rubber.
 
-    - `side`: ``engine`` or ``body``, the end of the mount that it holds.
+    - `side`: end of the mount that it holds.
     - `frequency` (f,): lines of the stiffness; none where it is the same at all lines [Hz].
     - `stiffness` (f, 3) or (1, 3): complex dynamic stiffness of each piece's bracket along the axes
       of the mount [N/m].
     - raises InputError: a stiffness of 0.
     """
 
-    side: Literal["engine", "body"]
+    side: Side
     frequency: RealArray
     stiffness: ComplexArray
 

@@ -14,7 +14,7 @@ from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import Band, LoadCase, lines_inside, refuse_doubled
-from deboom.mounts.mount import Mount, in_mount_axes, not_identified
+from deboom.mounts.mount import SIDES, Mount, Side, in_mount_axes, not_identified
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.physics.rigid_body import LARGEST_RESIDUAL, forward_matrices, not_rigid
 from deboom.vehicles.fleet import Fleet, path_transfer, paths_into, spring_transfer, with_loss_names
@@ -486,7 +486,7 @@ def spring_shares(mounts: Sequence[Mount], paths: Sequence[str]) -> RealArray:
 
 
 def bracket_compliance(
-    mounts: Sequence[Mount], frequency: RealArray, sides: Collection[str] = ("engine", "body")
+    mounts: Sequence[Mount], frequency: RealArray, sides: Collection[Side] = SIDES
 ) -> ComplexArray:
     """Return what the brackets on some sides give way at every spring, (f, s) [m/N].
 
@@ -511,7 +511,7 @@ def _refuse_soft_brackets(
 ) -> None:
     """Refuse a bracket that is softer than its mount; nothing is judged at `unknown` channels."""
     directions = [*_of_powertrain(mounts), *_of_wheel_ends(mounts)]
-    for side in ("engine", "body"):
+    for side in SIDES:
         compliance = bracket_compliance(mounts, motion.frequency, [side])
         ratio = np.median(np.abs(motion.stiffness * compliance), axis=0)
         for (mount, _, axis, channel), softer in zip(directions, ratio, strict=True):

@@ -14,7 +14,6 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 from numpy.polynomial import chebyshev
 
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
@@ -305,14 +304,14 @@ def _preload_table(
     return low, high, surface.predict(points, extrapolate=True) / nominal[:, np.newaxis]
 
 
-def with_brackets(factors: RealArray, softness: npt.ArrayLike) -> RealArray:
+def with_brackets(factors: RealArray, softness: RealArray) -> RealArray:
     """Return what factors of the rubber make of the mounts with their brackets.
 
     - `factors` (..., k): stiffness factors x of the rubber [1].
     - `softness` (k,): stiffness of today's mount over that of its bracket, r; 0 of a rigid one [1].
     - returns (..., k): stiffness in the car over today's there, ``(1 + r)/(1/x + r)`` [1].
     """
-    return np.asarray((1.0 + np.asarray(softness)) / (1.0 / factors + softness))
+    return np.asarray((1.0 + softness) / (1.0 / factors + softness))
 
 
 def factor_space(names: Sequence[str], half_width: float, tolerance: float) -> DesignSpace:

@@ -10,7 +10,7 @@ import pytest
 
 from deboom.bench.layout import FREQUENCY, LOAD_CASES
 from deboom.bench.platform_writer import write_platform
-from deboom.errors import InputError
+from deboom.errors import DataWarning, InputError
 from deboom.files.platform import read_platform
 from deboom.files.uncertain_index import uncertain_index
 
@@ -85,11 +85,6 @@ WRONG = {
         "{body = [60, 1e4, 1e4]}",
         {},
     ),
-    "brackets give way .* take coupled motion": (
-        "EnM",
-        f"{{engine = {STIFF}}}",
-        {"motion": "prescribed"},
-    ),
     "tsm.csv: engine bracket of mount TSM: its lines are not those": (
         "TSM",
         '{engine = "tsm.csv"}',
@@ -116,11 +111,18 @@ WRONG = {
 @pytest.mark.parametrize("sentence", WRONG)
 def test_a_bracket_that_does_not_fit_is_named(folder, sentence):
     mount, brackets, changed = WRONG[sentence]
-    motion = {"motion": changed.pop("motion")} if "motion" in changed else {}
-    table(folder, changed.pop("values", 2.0 + 0.2j), **changed)
+    table(folder, **({"values": 2.0 + 0.2j} | changed))
     stated(folder, mount, brackets)
     with pytest.raises(InputError, match=sentence):
-        model(folder, **motion)
+        model(folder)
+
+
+def test_prescribed_motion_says_that_brackets_do_not_count(rigid, folder):
+    stated(folder, "EnM", f"{{engine = {STIFF}}}")
+    with pytest.warns(DataWarning, match="the brackets of EnM do not count"):
+        there = model(folder, motion="prescribed")
+    design = np.full((1, 12), 0.9)
+    np.testing.assert_array_equal(there(design), model(rigid, motion="prescribed")(design))
 
 
 def test_a_bracket_of_an_unknown_mount_is_named(folder):

@@ -111,7 +111,8 @@ def mount_entry(value: CharacterisedMount) -> dict[str, Any]:
     ]
     return {
         "identity": entry(value.identity),
-        **entry(mount, "name", "pieces", "positions", "rotations"),
+        # brackets belong to a car, not to the part
+        **entry(mount, "name", "pieces", "positions", "rotations", "brackets"),
         "pieces": pieces,
         "quality": dict(value.quality),
         "directions": [_direction(direction) for direction in value.directions],
@@ -192,6 +193,7 @@ def mount_of(entry: Mapping[str, Any]) -> CharacterisedMount:
         positions=tuple((x, y, z) for x, y, z in x_y_z),
         rotations=tuple((rx, ry, rz) for rx, ry, rz in turns),
         transfer_axes=tuple(entry["transfer_axes"]),
+        brackets=(),
     )
     directions = tuple(_direction_of(identity.mount, item) for item in entry["directions"])
     return CharacterisedMount(identity, mount, directions, entry["quality"])

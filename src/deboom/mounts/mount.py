@@ -289,3 +289,18 @@ def mean_operating_stiffness(
         displacement = load_case.displacement.select(names).values[lines]
         stiffness[place] = np.mean(np.abs(dynamic_stiffness(force, displacement)))
     return stiffness
+
+
+def bracket_softness(
+    mount: Mount, load_case: LoadCase, band: tuple[float, float]
+) -> npt.NDArray[np.float64]:
+    """Return the mean stiffness of a mount over a run, over that of its brackets in series.
+
+    - `mount`, `load_case`, `band`, errors: as of `mean_operating_stiffness`.
+    - returns (3,): for x, y, z [1]; 0 without a bracket, nan for an axis without channels.
+    """
+    frequency = load_case.displacement.frequency
+    lines = frequency[(frequency >= band[0]) & (frequency <= band[1])]
+    gives = sum((bracket.compliance(lines) for bracket in mount.brackets), np.zeros((1, 3)))
+    softness = mean_operating_stiffness(mount, load_case, band) * np.abs(gives).mean(axis=0)
+    return np.asarray(softness)

@@ -119,6 +119,7 @@ def report_runs(report: Report, runs: Runs) -> None:
     from deboom.files.check import (
         band_in_words,
         bodies_in_words,
+        brackets_in_words,
         pieces_in_words,
         unidentified_in_words,
     )
@@ -126,6 +127,8 @@ def report_runs(report: Report, runs: Runs) -> None:
     report.warn(band_in_words(runs.platform, runs.band))
     if words := bodies_in_words(runs.platform):
         report.facts["bodies"] = words
+    if words := brackets_in_words(runs.platform):
+        report.facts["brackets"] = words
     if words := pieces_in_words(runs.platform):
         report.facts["pieces"] = words
     if words := unidentified_in_words(runs.platform, [case for case, _ in runs.cases]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
@@ -10,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray, short_repr
-from deboom.errors import InputError
+from deboom.errors import DataWarning, InputError
 from deboom.explore.space import DesignSpace, checked_designs, stiffness_factor_space
 from deboom.measurement.channels import Band, LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
@@ -363,9 +364,14 @@ def booming_model(
     ------
     InputError
         Coupled motion without a powertrain; loss factors together with amplitude-dependent motion
-        or settling parts, settling parts or brackets with prescribed motion; see also
+        or settling parts, settling parts with prescribed motion; see also
         `deboom.vehicles.fleet.path_contributions`, `deboom.vehicles.coupled_motion.coupled_motion`,
         `deboom.vehicles.amplitude_motion.amplitude_motion` and `BoomingModel`.
+
+    Warns
+    -----
+    DataWarning
+        Brackets with prescribed motion, where they do not count.
     """
     by_surface = motion is Motion.amplitude or settling is not None
     if loss_factors and by_surface:
@@ -377,10 +383,13 @@ def booming_model(
         raise InputError(
             "a part that settles elsewhere moves otherwise too: take coupled or amplitude motion"
         )
-    if motion is Motion.prescribed and any(mount.brackets for mount in mounts):
-        raise InputError(
-            "brackets give way to the force on them, which prescribed motion takes as measured: "
-            "take coupled motion, or leave bracket_stiffness_n_per_mm out"
+    held = [mount.name for mount in mounts if mount.brackets]
+    if held and motion is Motion.prescribed:
+        warnings.warn(
+            f"with prescribed motion the brackets of {', '.join(held)} do not count: it takes "
+            "every deflection as measured; coupled motion has them",
+            DataWarning,
+            stacklevel=2,
         )
     surfaces = identified_surfaces(parts) if by_surface else {}
     cases: list[Case] = []

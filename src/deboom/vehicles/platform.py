@@ -23,6 +23,7 @@ from deboom.mounts.characterised_mount import (
 )
 from deboom.mounts.mount import (
     Mount,
+    bracket_softness,
     in_mount_axes,
     mean_operating_stiffness,
     refuse_active_mounts,
@@ -471,3 +472,8 @@ class Runs:
         """Return the mean ``|K|`` of a run in a band by variable, (k,) [N/m]; nan: not measured."""
         mounts = self.platform.mounts
         return np.concatenate([mean_operating_stiffness(mount, case, band) for mount in mounts])
+
+    def bracket_softness(self, case: LoadCase, band: Band) -> RealArray:
+        """Return mean stiffnesses over those of the brackets by variable, as `stiffness`, (k,)."""
+        mounts = self.platform.mounts
+        return np.concatenate([bracket_softness(mount, case, band) for mount in mounts])

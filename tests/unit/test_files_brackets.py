@@ -119,7 +119,7 @@ def test_a_bracket_that_does_not_fit_is_named(folder, sentence):
 
 def test_prescribed_motion_says_that_brackets_do_not_count(rigid, folder):
     stated(folder, "EnM", f"{{engine = {STIFF}}}")
-    with pytest.warns(DataWarning, match="the brackets of EnM do not count"):
+    with pytest.warns(DataWarning, match="brackets and rubber of EnM in the car do not count"):
         there = model(folder, motion="prescribed")
     design = np.full((1, 12), 0.9)
     np.testing.assert_array_equal(there(design), model(rigid, motion="prescribed")(design))

@@ -51,6 +51,8 @@ from deboom.files.schema import (
     Row3,
     Several,
     StrictModel,
+    Temperature,
+    Title,
     beyond_gears,
     doubled,
     inertia_faults,
@@ -61,12 +63,12 @@ from deboom.files.schema import (
     telling,
     within,
 )
-from deboom.files.tables import read_table
+from deboom.files.tables import read_columns, read_table
 from deboom.files.uff import UffFunction
 from deboom.files.units import refuse_beyond
 from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_window
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.mount import SIDES, Bracket, Mount, Side
+from deboom.mounts.mount import SIDES, Bracket, Mount, RubberInCar, Side
 from deboom.mounts.surface_forces import as_mounted
 from deboom.names import is_inside, look_alikes
 from deboom.physics.order_tracking import dominant_order
@@ -80,6 +82,8 @@ _ORDINATE = {NOISE_TRANSFER: "pressure", DRIVING_POINT: "displacement"}
 """Of functions per force; spectra are named by theirs."""
 SOFTEST_BRACKET, STIFFEST_BRACKET = 50.0, 1e7
 """Bounds of the stiffness of any bracket [N/mm]."""
+WEAKEST_PER_KELVIN, STRONGEST_PER_KELVIN = 0.05, 10.0
+"""Bounds of what a kelvin changes of the stiffness of rubber [%]."""
 LOWEST, HIGHEST = 15.0, 140.0
 """Where the model of a drive on its mounts holds [Hz]."""
 SPECTRA = (0, 12, 27)
@@ -497,6 +501,48 @@ class LoadCaseEntry(StrictModel):
     torque_table: RelativePath | None = None  # engine torque at every line, where it was recorded
 
 
+def _per_kelvin(bounds: tuple[float, float]) -> tuple[float, float]:
+    low, high = bounds
+    if low > high or max(map(abs, bounds)) > STRONGEST_PER_KELVIN:
+        raise ValueError(
+            f"state the least and the largest change, within ±{STRONGEST_PER_KELVIN:g} % per "
+            "kelvin, with a minus where warm rubber is softer"
+        )
+    if max(map(abs, bounds)) < WEAKEST_PER_KELVIN:
+        raise ValueError("rubber changes by more: is it a share instead of per cent?")
+    return bounds
+
+
+def _from_cold_to_warm(bounds: tuple[float, float]) -> tuple[float, float]:
+    if bounds[0] > bounds[1]:
+        raise ValueError("state the lowest temperature in use, then the highest")
+    return bounds
+
+
+Range = Annotated[tuple[float, float], Field(strict=False)]
+
+
+class RubberEntry(StrictModel):
+    """Rubber of one class: at which temperature it was tested and is used, and what that does."""
+
+    mounts: AtLeastOne[Name]  # of this rubber
+    test_temperature_c: Temperature
+    use_temperature_c: Annotated[
+        tuple[Temperature, Temperature], Field(strict=False), AfterValidator(_from_cold_to_warm)
+    ]
+    # change of the dynamic stiffness [%/K], least and largest; no default, compounds differ
+    stiffness_percent_per_k: Annotated[Range, AfterValidator(_per_kelvin)]
+    source: Title  # of these two numbers
+
+    @property
+    def in_car(self) -> RubberInCar:
+        """What it makes of the stiffness."""
+        low, high = self.stiffness_percent_per_k
+        cold, warm = self.use_temperature_c
+        test = self.test_temperature_c
+        return RubberInCar((low / 100.0, high / 100.0), (cold - test, warm - test))
+
+
 class PlatformFile(StrictModel):
     """The whole file ``platform.toml``."""
 
@@ -510,6 +556,9 @@ class PlatformFile(StrictModel):
     engine: Engine
     powertrain: PowertrainEntry | None = None  # without, the motion is taken as measured
     mounts: AtLeastOne[MountEntry]  # in the order of the design variables
+    rubber: Several[RubberEntry] = ()  # of mounts whose temperatures are stated
+    # car_factors.csv of a run of synthesis_validation: what cars say of the other mounts
+    car_factors: RelativePath | None = None
     vehicles: AtLeastOne[VehicleEntry]  # in the order of the report
     load_cases: AtLeastOne[LoadCaseEntry]  # in the order of the report
 
@@ -536,6 +585,15 @@ class PlatformFile(StrictModel):
             yield from look_alikes(f"piece of mount {mount.name}", mount.piece_names)
             axes = f"transfer_axes of mount {mount.name} are named"
             yield from doubled(axes, mount.transfer_axes)
+        rubber = [name for entry in self.rubber for name in entry.mounts]
+        yield from doubled("mounts of [[rubber]] are named", rubber)
+        names = [mount.name for mount in self.mounts]
+        for name in rubber:
+            if name not in names:
+                yield (
+                    f"[[rubber]] names mount '{name}', which is not among {', '.join(names)}: "
+                    "correct its name"
+                )
         struck = [vehicle.name for vehicle in self.vehicles if vehicle.body is not None]
         for mount in self.mounts:
             if struck and "body" in mount.brackets:
@@ -802,11 +860,23 @@ def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Funct
         inputs += [folder / name for name in (entry.operating, entry.torque_table) if name]
     for mount in file.mounts:
         inputs += [folder / stated for stated in mount.brackets.values() if isinstance(stated, str)]
+    rubber = {name: each for each in file.rubber for name in each.mounts}
+    in_car = {name: each.in_car for name, each in rubber.items()}
+    if file.car_factors is not None:
+        inputs.append(folder / file.car_factors)
+        on_the_road = _rubber_on_the_road(folder / file.car_factors, tables.mounts)
+        if both := sorted(set(in_car) & set(on_the_road)):
+            raise InputError(
+                f"{folder / PLATFORM_FILE}: [[rubber]] and car_factors both say how stiff "
+                f"{', '.join(both)} is in the car: keep one of both"
+            )
+        in_car |= on_the_road
     mounts = tuple(
-        replace(mount, brackets=functions.brackets[mount.name]) for mount in tables.mounts
+        replace(mount, brackets=functions.brackets[mount.name], rubber=in_car.get(mount.name))
+        for mount in tables.mounts
     )
     read = with_their_tables(inputs)
-    library, library_fault = _library(folder / LIBRARY_FILE, tables.mounts)
+    library, library_fault = _library(folder / LIBRARY_FILE, tables.mounts, rubber)
     return Platform(
         name=file.name,
         title=file.title,
@@ -869,8 +939,43 @@ def _others_in(labels: str, names: Mapping[str, Sequence[str]], label: str) -> l
     return [name for name, words in names.items() if stands(words)]
 
 
+def _rubber_on_the_road(path: Path, mounts: Sequence[Mount]) -> dict[str, RubberInCar]:
+    """Read how stiff mounts are in cars from the table of a validated synthesis, by mount.
+
+    Rows that were not taken over there are left out. With one car the spread of others is unknown.
+    """
+    columns = read_columns(path, "taken over")
+    texts = columns.texts
+    if "taken over" not in texts:
+        raise InputError(
+            f"{path} has no column 'taken over': it is car_factors.csv of a run of "
+            "synthesis_validation"
+        )
+    believed = np.array([text.lower() == "true" for text in texts["taken over"]])
+    stated = {}
+    for mount in mounts:
+        header = f"{mount.name} in the car over bench [1]"
+        if header not in texts:
+            continue
+        with naming(str(path)):
+            (factors,) = columns.numbers(header)
+        if not np.all(factors > 0.0):
+            raise InputError(f"{path}: '{header}' is 0 or less: run synthesis_validation again")
+        logarithms = np.log(factors[believed])
+        if logarithms.size:
+            spread = float(np.std(logarithms, ddof=1)) if logarithms.size > 1 else None
+            middle = float(np.exp(logarithms.mean()))
+            stated[mount.name] = RubberInCar(on_the_road=middle, spread=spread)
+    if not stated:
+        raise InputError(
+            f"{path}: no row was taken over, or none names a mount of {PLATFORM_FILE}: leave "
+            "car_factors out"
+        )
+    return stated
+
+
 def _library(
-    path: Path, mounts: Sequence[Mount]
+    path: Path, mounts: Sequence[Mount], rubber: Mapping[str, RubberEntry]
 ) -> tuple[tuple[CharacterisedMount, ...], InputError | None]:
     """Mounts of the library beside a platform, as they stand there, or why there are none."""
     if not path.is_file():
@@ -880,7 +985,17 @@ def _library(
             "--library), or take the mounts from the measured spectra (--mounts spectra)"
         )
     try:
-        return as_mounted(read_library_json(path)[1], mounts), None
+        records, parts = read_library_json(path)
+        tested = {each.name: each.test_temperature for each in records}
+        for part in parts:
+            stated, measured = rubber.get(part.mount.name), tested.get(part.identity.campaign)
+            if stated and measured not in (None, stated.test_temperature_c):
+                raise InputError(
+                    f"{path}: campaign {part.identity.campaign} tested {part.mount.name} at "
+                    f"{measured:g} °C, and [[rubber]] of {PLATFORM_FILE} says "
+                    f"{stated.test_temperature_c:g} °C: correct one of both"
+                )
+        return as_mounted(parts, mounts), None
     except InputError as error:
         return (), error
 

@@ -56,6 +56,41 @@ class Bracket:
 
 
 @dataclass(frozen=True)
+class RubberInCar:
+    """How stiff the rubber of a mount is in the car, over its stiffness in the test.
+
+    - `per_kelvin` (2,): bounds of the change of its logarithm per kelvin [1/K].
+    - `warmer` (2,): bounds of the temperature in use over that of the test [K].
+    - `on_the_road`: what cars themselves show of it, instead [1].
+    - `spread`: standard deviation of the logarithm of that, from car to car; None where nothing was
+      seen in a car [1].
+    - raises InputError: bounds in the wrong order; a stiffness of 0 or less.
+    """
+
+    per_kelvin: tuple[float, float] = (0.0, 0.0)
+    warmer: tuple[float, float] = (0.0, 0.0)
+    on_the_road: float = 1.0
+    spread: float | None = None
+
+    def __post_init__(self) -> None:
+        ordered = self.per_kelvin[0] <= self.per_kelvin[1] and self.warmer[0] <= self.warmer[1]
+        if not (ordered and 0.0 < self.on_the_road < math.inf and (self.spread or 0.0) >= 0.0):
+            raise InputError(
+                f"{self}: give bounds from low to high, a stiffness above 0 and its spread"
+            )
+
+    @property
+    def factor(self) -> float:
+        """Stiffness that is expected in the car, over that in the test [1]."""
+        return self.on_the_road * self.at(0.5, 0.5)
+
+    def at(self, share_of_coefficient: float, share_of_temperature: float) -> float:
+        """Return the stiffness over that in the test, at shares of both bounds' widths [1]."""
+        coefficient = float(np.interp(share_of_coefficient, (0.0, 1.0), self.per_kelvin))
+        return math.exp(coefficient * np.interp(share_of_temperature, (0.0, 1.0), self.warmer))
+
+
+@dataclass(frozen=True)
 class Mount:
     """One mount of the platform.
 
@@ -77,6 +112,7 @@ class Mount:
     - `rotations`: turns of vehicle axes into the axes of each piece, about the fixed axes x, then
       y, then z, ``R = Rz Ry Rx`` as for sensors [rad]; none: all stand along the vehicle's axes.
     - `brackets`: that hold it in the car and were not between the sensors of its test; none: rigid.
+    - `rubber`, optional: what is stated of its rubber in the car; None: as in the test.
     - raises InputError: unknown axes; a tolerance below 0 or above the body mass; rotations that
       are not one per piece, not finite or beyond a whole turn.
     """
@@ -90,6 +126,7 @@ class Mount:
     body_mass_tolerance: float = 0.0
     rotations: tuple[tuple[float, float, float], ...] = ()
     brackets: tuple[Bracket, ...] = ()
+    rubber: RubberInCar | None = None
 
     def __post_init__(self) -> None:
         rotations = tuple(tuple(angles) for angles in self.rotations)

@@ -121,12 +121,15 @@ def report_runs(report: Report, runs: Runs) -> None:
         bodies_in_words,
         brackets_in_words,
         pieces_in_words,
+        rubber_in_words,
         unidentified_in_words,
     )
 
     report.warn(band_in_words(runs.platform, runs.band))
     if words := bodies_in_words(runs.platform):
         report.facts["bodies"] = words
+    if words := rubber_in_words(runs.platform):
+        report.facts["rubber"] = f"stiffness in the car over that in the test: {words}"
     if words := brackets_in_words(runs.platform):
         report.facts["brackets"] = words
     if words := pieces_in_words(runs.platform):

@@ -371,7 +371,7 @@ def booming_model(
     Warns
     -----
     DataWarning
-        Brackets with prescribed motion, where they do not count.
+        Brackets or rubber of the car with prescribed motion, where they do not count.
     """
     by_surface = motion is Motion.amplitude or settling is not None
     if loss_factors and by_surface:
@@ -383,11 +383,11 @@ def booming_model(
         raise InputError(
             "a part that settles elsewhere moves otherwise too: take coupled or amplitude motion"
         )
-    held = [mount.name for mount in mounts if mount.brackets]
+    held = [mount.name for mount in mounts if mount.brackets or mount.rubber]
     if held and motion is Motion.prescribed:
         warnings.warn(
-            f"with prescribed motion the brackets of {', '.join(held)} do not count: it takes "
-            "every deflection as measured; coupled motion has them",
+            f"with prescribed motion brackets and rubber of {', '.join(held)} in the car do not "
+            "count: it takes every deflection as measured; coupled motion has them",
             DataWarning,
             stacklevel=2,
         )

@@ -402,7 +402,7 @@ def coupled_motion(
     the motion). Without receptances the car body stays at rest: blocked forces on a trimmed body.
     With them powertrain, wheel ends and body move together, see `FlexibleMotion`, and the measured
     forces are taken as those on a bench at rest. So they are with brackets: K is that of the mount
-    as tested, and the car has a bracket's K_b in series with x K.
+    as tested, and the car has a bracket's K_b in series with x k K, k of the rubber in the car.
     """
     if powertrain is None:
         raise InputError(
@@ -455,6 +455,10 @@ def coupled_motion(
         vehicle_names=fleet.names,
         variable_names=tuple(variables),
     )
+    rubber = np.array([mount.rubber.factor if mount.rubber else 1.0 for mount in mounts])
+    if np.any(rubber != 1.0):
+        of_variable = np.repeat(rubber, len(AXES))
+        motion = motion.with_stiffness(motion.stiffness * of_variable[motion.variables])
     receptance = _receptance(fleet, paths, frequency, band, load_case.name)
     brackets = bracket_compliance(mounts, frequency)
     if receptance is None and not brackets.any():

@@ -22,7 +22,7 @@ from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray
 from deboom.errors import InputError
 from deboom.explore.space import checked_designs
 from deboom.measurement.uncertainty import complex_normals
-from deboom.mounts.mount import Mount
+from deboom.mounts.mount import Mount, RubberInCar
 from deboom.physics.sound_level import spl
 from deboom.vehicles import change_prior as prior
 from deboom.vehicles.booming_model import BoomingModel, CatalogueModel, Motion
@@ -371,7 +371,10 @@ def _changes(levels: Sequence[RealArray], weights: Sequence[float]) -> RealArray
 
 @dataclass(frozen=True, eq=False)
 class _Rubber:
-    """Rubber of one draw: `factor` on stiffness and `slope` over amplitude, by mount [1]."""
+    """Rubber of one draw, by mount: `factor` on the model's stiffness, `slope` over amplitude [1].
+
+    The model has the stiffness that is expected in the car; temperatures differ from there.
+    """
 
     factor: dict[str, float]
     slope: dict[str, float]
@@ -380,14 +383,31 @@ class _Rubber:
     def draw(cls, generator: np.random.Generator, mounts: Sequence[Mount]) -> _Rubber:
         """Draw a factor that is common to all mounts, and what each has for itself."""
         names = [mount.name for mount in mounts]
-        common = prior.RUBBER_TEST * generator.standard_normal()
-        factor = np.exp(common + prior.RUBBER_MOUNT * generator.standard_normal(len(names)))
+        common = generator.standard_normal()
+        spread = np.array([_spread_of_rubber(mount.rubber) for mount in mounts])
+        factor = np.exp(
+            spread * common + prior.RUBBER_MOUNT * generator.standard_normal(len(names))
+        )
         slope = log_uniform(generator, prior.SLOPE)
         slope = slope * np.exp(prior.SLOPE_SPREAD * generator.standard_normal(len(names)))
+        stated = [mount.rubber for mount in mounts]
+        if any(stated):
+            # one day: all mounts are as warm, and of rubber as strong
+            day = generator.uniform(size=2)
+            factor *= [
+                each.on_the_road * each.at(*day) / each.factor if each else 1.0 for each in stated
+            ]
         return cls(
             dict(zip(names, factor.tolist(), strict=True)),
             dict(zip(names, slope.tolist(), strict=True)),
         )
+
+
+def _spread_of_rubber(rubber: RubberInCar | None) -> float:
+    """Return the standard deviation of ln k that all mounts share, by what is known of it [1]."""
+    if rubber is None:
+        return prior.RUBBER_TEST
+    return prior.RUBBER_AGE if rubber.spread is None else rubber.spread
 
 
 @dataclass(frozen=True, eq=False)

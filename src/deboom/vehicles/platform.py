@@ -421,8 +421,9 @@ class Runs:
         - raises InputError: options that do not go together, or data that do not fit together.
         """
         if motion is None:
-            # with brackets, prescribed motion would hide why coupled motion does not go
-            coupled = any(mount.brackets for mount in self.platform.mounts) or not self.not_coupled
+            # prescribed motion would hide why these do not go with coupled motion
+            in_car = any(mount.brackets or mount.rubber for mount in self.platform.mounts)
+            coupled = in_car or not self.not_coupled
             motion = Motion.coupled if coupled else Motion.prescribed
         motion, factor = choice(Motion, motion, "motion"), choice(Factor, factor, "factor")
         by_surface = motion is Motion.amplitude or factor is Factor.part

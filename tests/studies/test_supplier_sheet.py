@@ -23,7 +23,7 @@ from deboom.files import acceptance
 from deboom.files.platform import platform_sha256
 from deboom.files.run_folder import hash_files
 from deboom.language import Language
-from deboom.mounts.mount import mean_operating_stiffness
+from deboom.mounts.mount import Bracket, mean_operating_stiffness
 from deboom.runs.rebuilt import supplier_study
 from deboom.supplier import numbers as supplier_numbers
 from deboom.supplier import page as supplier_page
@@ -155,6 +155,18 @@ def sheet_of(study, mount="TSM", files=None, language=Language.en, **changes):
 @pytest.fixture(scope="module")
 def sheet(study, box_run, sharing_run, few_draws):
     return sheet_of(study, files=sources.SheetFiles(box=box_run, sharing=sharing_run))
+
+
+def test_a_sheet_says_what_a_factor_of_the_rubber_makes_of_it_with_its_brackets(study, few_draws):
+    plain = sheet_of(study)
+    stiffness = mean_operating_stiffness(plain.mount, study.load_cases[0][0], study.band)
+    of_body = Bracket("body", [], [np.nan_to_num(2.0 * stiffness, nan=1e9)])
+    held = replace(plain, mount=replace(plain.mount, brackets=(of_body,)))
+    wanted = float(plain.effects.middle[study.of("TSM")[0].column])
+    both = 1.5 / (1.0 / wanted + 0.5)
+    words = f"TSM x {plain.percent(round(wanted, 2))} → {plain.percent(round(both, 2))}"
+    assert any(words in note for note in held.notes)
+    assert not any("bracket" in note for note in plain.notes)
 
 
 def report(*words, **code):

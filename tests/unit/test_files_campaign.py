@@ -120,6 +120,12 @@ def test_switched_off_channels_may_be_dead_or_missing(copy):
     assert "A4 z" in channels
 
 
+def test_the_temperature_of_the_mounts_is_read_where_it_is_stated(written, copy):
+    edited(TOML, "switched_off = []", "switched_off = []\ntest_temperature_c = 31.5")(copy)
+    assert read_campaign(copy).test_temperature == 31.5
+    assert read_campaign(written).test_temperature is None
+
+
 def test_a_time_run_is_read_by_name(written):
     run = read_time_run(written, "g5_wot220_time")
     assert run.acceleration.shape == (4096, 24)
@@ -171,6 +177,8 @@ channels.csv | A1 x, | A99 x, | channel 'A99 x' fits no accelerometer
 channels.csv | A1 x, | there is no acceleration channel 'A1 x': add its row, or name it in switched_
 channels.csv | engine speed, | 0 channels of quantity 'engine speed', expected one: a run without it
 channels.csv | tacho, | 0 channels of quantity 'tacho', expected one: a run without it has no order
+campaign.toml | switched_off = [] | test_temperature_c = 304.0 | is it in K or °F?
+campaign.toml | switched_off = [] | test_temperature = 31.0 | did you mean 'test_temperature_c'?
 campaign.toml | switched_off = [] | switched_off = ["A9 q"] | switched_off names 'A9 q', which is no
 campaign.toml | switched_off = [] | switched_off = ["C1 x"] | switched_off names 'C1 x', a force cel
 mounts.csv | TSM, | CTSM, | mounts.csv: mount 'CTSM', piece '' is not in

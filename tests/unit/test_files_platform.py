@@ -414,6 +414,26 @@ def test_a_wrong_key_is_named_with_its_place(path, fault, sentence):
     assert all(line.startswith((str(path), "and ")) for line in told.splitlines())
 
 
+BRACKETS = {
+    "{engine = [1e3, 1e3, 0.3]}": "a bracket has 50 to 1e+07 N/mm along each axis",
+    "{engine = [1e3, 1e3]}": "engine has three numbers",
+    "{engine = [1e3, 1e3, true]}": "engine has three numbers",
+    "{engin = [1e3, 1e3, 1e3]}": "is of the brackets engine and body",
+    "{}": "is of the brackets engine and body",
+    "900.0": "is of the brackets engine and body",
+    '{body = "../b.csv"}': "name the table of body relative to the platform folder",
+}
+
+
+@pytest.mark.parametrize("stated", BRACKETS)
+def test_a_wrong_bracket_is_one_sentence(path, stated):
+    name = 'name = "Du"\n'
+    text = path.read_text().replace(name, f"{name}bracket_stiffness_n_per_mm = {stated}\n")
+    path.write_text(text)
+    told = refused(lambda _: load_toml(path, PlatformFile), path.parent, BRACKETS[stated])
+    assert len(told.splitlines()) == 1
+
+
 def test_a_list_without_load_cases_is_refused(path):
     before, _, _ = path.read_text().partition("[[load_cases]]")
     path.write_text(f"load_cases = []\n{before}")

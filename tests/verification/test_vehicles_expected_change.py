@@ -12,6 +12,7 @@ from deboom.bench.platform_writer import write_platform
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.files.uncertain_index import uncertain_index
+from deboom.mounts.mount import RubberInCar
 from deboom.pages.front_answer import expected_sentence, report_expected
 from deboom.report import Report
 from deboom.vehicles import change_prior as prior
@@ -19,11 +20,13 @@ from deboom.vehicles import expected_change as expected
 from deboom.vehicles.booming_model import CatalogueModel, Motion, booming_model
 from deboom.vehicles.expected_change import (
     Information,
+    Step,
     change_draws,
     expected_change,
     expected_or_why,
     half_width_of_others,
     stated,
+    widths_if_measured,
 )
 from deboom.vehicles.fleet import Fleet
 from samples.driven_cars import BAND, CASE, GROUP, coupled_model
@@ -175,7 +178,9 @@ def test_driving_points_of_a_body_of_the_prior_are_kept(platform, at_rest):
     bodies = expected._Bodies.of(
         at_rest[0], platform.mounts, np.arange(20.0, 60.0), Information.unknown
     )
-    struck = replace(bodies.struck(np.random.default_rng(1)), noise=np.zeros(1))
+    struck = replace(
+        bodies.struck(np.random.default_rng(1), expected.Step.driving_points), noise=np.zeros(1)
+    )
     first, second = (struck.draw(np.random.default_rng(seed)) for seed in (2, 3))
     np.testing.assert_allclose(*(y.diagonal(axis1=2, axis2=3) for y in (first, second)), rtol=1e-9)
     assert not np.allclose(first, second, rtol=0.1)
@@ -284,3 +289,29 @@ def test_nothing_is_expected_where_nothing_was_judged(platform, at_rest):
     assert text == (
         "no expected change, because an expected change needs data measured again: draw some"
     )
+
+
+def test_every_measurement_is_worth_the_interval_that_is_stated_with_it(platform, at_rest):
+    fleet, model, again = at_rest
+    data = (model, again, fleet, platform.mounts, PICKS)
+    widths = widths_if_measured(*data)
+    now = expected_change(*data).mean
+    np.testing.assert_allclose(widths[None], now.high - now.low)
+    assert set(widths) == {None, *Step}
+    # what holds the other tells at least as much
+    assert np.all(widths[Step.receptances] < widths[Step.driving_points])
+    assert np.all(widths[Step.receptances] < widths[None])
+    told = [replace(mount, rubber=RubberInCar()) for mount in platform.mounts]
+    with_temperature = expected_change(model, again, fleet, told, PICKS).mean
+    np.testing.assert_allclose(
+        widths[Step.temperature], with_temperature.high - with_temperature.low
+    )
+    # nothing of the rubber is left to tell
+    assert Step.temperature not in widths_if_measured(model, again, fleet, told, PICKS[:1])
+
+
+def test_with_receptances_the_rubber_alone_is_left_to_be_told(platform, at_rest):
+    _, model, again = at_rest
+    fleet = platform.fleet
+    widths = widths_if_measured(model, again, fleet, platform.mounts, PICKS[:1])
+    assert set(widths) == {None, Step.temperature}

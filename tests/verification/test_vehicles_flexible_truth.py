@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from deboom.arrays import derivatives
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
-from deboom.mounts.mount import Mount
+from deboom.mounts.mount import Bracket, Mount
 from deboom.physics import transfer_path
 from deboom.vehicles.booming_model import Motion, booming_model
 from deboom.vehicles.fleet import Fleet, Vehicle
@@ -91,6 +92,42 @@ def assembled(factor, vehicle, tilted, loss=None):
     return moved, force, pressure
 
 
+BRACKETS = {
+    "EnM": Bracket("engine", [], 1e6 * np.array([[1.2, 0.8, 2.0]])),
+    "TSM": Bracket("body", LINES, np.outer(1 + 0.01 * LINES * 1j, [0.9e6, 3e6, 1.5e6])),
+    "Du": Bracket("body", [], [[4e5 + 2e4j, 5e6, 5e6]]),
+}
+HELD = (0, 1, 2, 6, 7, 8, 9, 10)
+"""Springs with a bracket, each by a point without mass between rubber and bracket."""
+
+
+def on_brackets(factor, vehicle, tilted):
+    """Return the pressure in a car whose brackets are springs of their own."""
+    source, paths = to_springs(tilted)
+    of_bracket = np.hstack(
+        [np.broadcast_to(BRACKETS[n].stiffness, (LINES.size, 3)) for n in ("EnM", "TSM")]
+        + [np.broadcast_to(BRACKETS["Du"].stiffness[:, :1], (LINES.size, 2))]
+    )
+    springs = np.append(factor[:9], [factor[9]] * 2) * STIFFNESS
+    nodes = np.eye(11)[:, HELD]
+    rubber = np.hstack([source, -paths @ SHAPES[vehicle].T, -nodes])
+    rubber[np.ix_(HELD, range(8, 13))] = 0.0
+    bracket = np.zeros((8, rubber.shape[1]))
+    bracket[:, 13:] = np.eye(8)
+    bracket[:, 8:13] = -(paths @ SHAPES[vehicle].T)[list(HELD)]
+    pressure = np.empty(LINES.size, dtype=complex)
+    for line, squared in enumerate(SQUARED):
+        whole = np.zeros((rubber.shape[1],) * 2, dtype=complex)
+        whole[:3, :3] = -squared * MASS * np.eye(3)
+        whole[3:6, 3:6] = -squared * INERTIA
+        whole[6:8, 6:8] = -squared * WHEEL_END * np.eye(2)
+        whole[8:13, 8:13] = np.diag(modal(vehicle)[line])
+        whole += (rubber.T * springs) @ rubber + (bracket.T * of_bracket[line]) @ bracket
+        motion = np.linalg.solve(whole, np.concatenate([LOAD, END_LOADS, np.zeros(13)]))
+        pressure[line] = HEARD[vehicle] @ motion[8:13]
+    return pressure
+
+
 def vehicles(receptance=True):
     written = []
     for number in range(2):
@@ -124,8 +161,8 @@ def case(tilted):
     return LoadCase("r", "r", 5, 4.0, 220.0, 1.5, *spectra)
 
 
-def model(tilted, fleet=None, **options):
-    data = fleet or vehicles(), mounts(tilted), [(case(tilted), 1.0)], (20.0, 60.0)
+def model(tilted, fleet=None, held=None, **options):
+    data = fleet or vehicles(), held or mounts(tilted), [(case(tilted), 1.0)], (20.0, 60.0)
     chosen = {"motion": Motion.coupled, "powertrain": Powertrain(MASS, INERTIA)} | options
     return booming_model(*data, **chosen)
 
@@ -142,6 +179,21 @@ def test_powertrain_and_body_move_as_one_system(tilted):
         np.testing.assert_allclose(pressure[:, vehicle], true, rtol=1e-8)
     at_rest = model(tilted, vehicles(receptance=False)).pressure(FACTORS)
     assert np.abs(np.log(np.abs(at_rest / pressure))).max() > 0.3  # the body matters here
+
+
+def test_the_rubber_is_scaled_and_the_car_has_it_in_series_with_its_brackets():
+    for tilted in (False, True):
+        held = [
+            replace(mount, brackets=(BRACKETS[mount.name],)) if mount.name in BRACKETS else mount
+            for mount in mounts(tilted)
+        ]
+        stiff = model(tilted, held=held)
+        for vehicle in range(2):
+            truth = [on_brackets(row, vehicle, tilted) for row in FACTORS]
+            np.testing.assert_allclose(stiff.pressure(FACTORS)[:, vehicle], truth, rtol=1e-10)
+        # the exact derivative, against differences of the compiled levels
+        differences = derivatives(stiff, FACTORS[1], np.full(12, 1e-4))
+        np.testing.assert_allclose(stiff.gradient(FACTORS[1:2])[0], differences.T, rtol=1e-6)
 
 
 def test_loss_factors_levels_and_gradients_follow_the_assembled_system():

@@ -40,6 +40,7 @@ from deboom.files.schema import (
     RelativePath,
     Several,
     StrictModel,
+    Temperature,
     append_toml,
     assumed_lines,
     beyond_gears,
@@ -208,6 +209,7 @@ class CampaignFile(StrictModel):
     sensor_table: RelativePath  # position sheet, CSV or Excel
     channel_table: RelativePath  # which UFF node and direction is which channel
     switched_off: Several[str] = ()  # channels not to be used, such as "A3 y"
+    test_temperature_c: Temperature | None = None  # of the mounts
     engine: CampaignEngine
     powertrain: Powertrain | None = None  # nominal rigid-body data
     tolerances: ToleranceEntry = ToleranceEntry()
@@ -556,6 +558,7 @@ def read_campaign(
         input_files=(*tables.paths, *with_their_tables(folder / name for name in read)),
         excited=file.engine.loads,
         assumed=defaults if powertrain else (*defaults, UNWEIGHED),
+        test_temperature=file.test_temperature_c,
     )
 
 

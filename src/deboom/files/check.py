@@ -259,6 +259,10 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
     for group in groups:
         names = [entry.name for entry in platform.fleet.vehicles if entry.group == group]
         yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"
+    if words := rubber_in_words(platform):
+        yield "rubber", f"stiffness in the car over that in the test: {words}"
+    if words := brackets_in_words(platform):
+        yield "brackets", words
     if words := bodies_in_words(platform):
         yield "bodies", words
     yield (
@@ -336,6 +340,25 @@ def bodies_in_words(platform: Platform) -> str:
     if Information.driving_points in numbers:
         words += "; in coupled motion a driving point gives way to its own force alone"
     return words
+
+
+def brackets_in_words(platform: Platform) -> str:
+    """Name the mounts with a bracket, and on which side; empty where none is stated."""
+    words = [
+        f"{mount.name} ({' and '.join(bracket.side for bracket in mount.brackets)})"
+        for mount in platform.mounts
+        if mount.brackets
+    ]
+    if not words:
+        return ""
+    return f"{', '.join(words)}; factors are of the rubber, cars have it in series with them"
+
+
+def rubber_in_words(platform: Platform) -> str:
+    """Say how stiff rubber is expected to be in the car, over its test; empty where unstated."""
+    return ", ".join(
+        f"{mount.name} {mount.rubber.factor:.2f}" for mount in platform.mounts if mount.rubber
+    )
 
 
 def pieces_in_words(platform: Platform) -> str:

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator
 
 from deboom.arrays import AXES, RealArray
 from deboom.errors import InputError, naming
@@ -47,8 +47,11 @@ from deboom.files.schema import (
     Number,
     Positive,
     RelativePath,
+    Row3,
     Several,
     StrictModel,
+    Temperature,
+    Title,
     beyond_gears,
     doubled,
     inertia_faults,
@@ -60,13 +63,14 @@ from deboom.files.schema import (
     within,
 )
 from deboom.files.shipped_studies import shipped_studies
-from deboom.files.tables import read_table
+from deboom.files.tables import read_columns, read_table
 from deboom.files.uff import UffFunction
+from deboom.files.units import refuse_beyond
 from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_window
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.mount import Mount
+from deboom.mounts.mount import SIDES, Bracket, Mount, RubberInCar, Side
 from deboom.mounts.surface_forces import as_mounted
-from deboom.names import look_alikes
+from deboom.names import is_inside, look_alikes
 from deboom.physics.order_tracking import dominant_order
 from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
 from deboom.vehicles.platform import LIBRARY_FILE, PLATFORM_FILE, MissingLibrary, Platform
@@ -76,6 +80,10 @@ RECEPTANCE_UNIT = "m/N"
 DRIVING_POINT = "driving point"
 _ORDINATE = {NOISE_TRANSFER: "pressure", DRIVING_POINT: "displacement"}
 """Of functions per force; spectra are named by theirs."""
+SOFTEST_BRACKET, STIFFEST_BRACKET = 50.0, 1e7
+"""Bounds of the stiffness of any bracket [N/mm]."""
+WEAKEST_PER_KELVIN, STRONGEST_PER_KELVIN = 0.05, 10.0
+"""Bounds of what a kelvin changes of the stiffness of rubber [%]."""
 LOWEST, HIGHEST = 15.0, 140.0
 """Where the model of a drive on its mounts holds [Hz]."""
 SPECTRA = (0, 12, 27)
@@ -378,6 +386,37 @@ class PowertrainEntry(StrictModel):
         return inertia
 
 
+def _of_brackets(stated: object) -> object:
+    """Give one sentence for whatever is wrong; pydantic would give one for each kind of value."""
+    key = "bracket_stiffness_n_per_mm"
+    if not isinstance(stated, dict) or not stated or set(stated) - set(SIDES):
+        raise ValueError(f"{key} is of the brackets engine and body: write {{engine = [x, y, z]}}")
+    checked: dict[str, object] = {}
+    for side, value in stated.items():
+        checked[side] = value
+        if isinstance(value, str):
+            if not is_inside(value):
+                raise ValueError(f"{key}: name the table of {side} relative to the platform folder")
+            continue
+        numbers = value if isinstance(value, list | tuple) else ()
+        if [type(each) in (int, float) for each in numbers] != [True] * 3:
+            raise ValueError(
+                f"{key}: {side} has three numbers, along x, y and z of the mount, or the name of a "
+                "table"
+            )
+        if not all(SOFTEST_BRACKET <= each <= STIFFEST_BRACKET for each in numbers):
+            raise ValueError(
+                f"{key}: a bracket has {SOFTEST_BRACKET:g} to {STIFFEST_BRACKET:g} N/mm along each "
+                f"axis, not {list(numbers)}: is it in N/m or kN/mm?"
+            )
+        checked[side] = tuple(map(float, numbers))
+    return checked
+
+
+Brackets = Annotated[dict[Side, Row3 | RelativePath], BeforeValidator(_of_brackets)]
+"""Stiffness by side, along x, y and z of the mount [N/mm], or a table of these over frequency."""
+
+
 class MountEntry(StrictModel):
     """One mount."""
 
@@ -391,6 +430,9 @@ class MountEntry(StrictModel):
         | None
     ) = None
     body_mass_tolerance_kg: NotNegative | None = Field(default=None, validate_default=True)
+    # between powertrain and rubber (engine), and between rubber and body with the sheet metal that
+    # gives way about it (body), as far as they were not between the sensors of the mount's test
+    bracket_stiffness_n_per_mm: Brackets | None = None
 
     @field_validator("body_mass_tolerance_kg")
     @classmethod
@@ -401,6 +443,11 @@ class MountEntry(StrictModel):
         if mass is not None and (tolerance is None or tolerance >= mass):
             raise ValueError("a body mass needs a tolerance below it; state 0.0 for a weighed one")
         return tolerance
+
+    @property
+    def brackets(self) -> Mapping[Side, Row3 | str]:
+        """Stiffness or file of each bracket that is stated."""
+        return self.bracket_stiffness_n_per_mm or {}
 
     @property
     def piece_names(self) -> tuple[str, ...]:
@@ -454,6 +501,48 @@ class LoadCaseEntry(StrictModel):
     torque_table: RelativePath | None = None  # engine torque at every line, where it was recorded
 
 
+def _per_kelvin(bounds: tuple[float, float]) -> tuple[float, float]:
+    low, high = bounds
+    if low > high or max(map(abs, bounds)) > STRONGEST_PER_KELVIN:
+        raise ValueError(
+            f"state the least and the largest change, within ±{STRONGEST_PER_KELVIN:g} % per "
+            "kelvin, with a minus where warm rubber is softer"
+        )
+    if max(map(abs, bounds)) < WEAKEST_PER_KELVIN:
+        raise ValueError("rubber changes by more: is it a share instead of per cent?")
+    return bounds
+
+
+def _from_cold_to_warm(bounds: tuple[float, float]) -> tuple[float, float]:
+    if bounds[0] > bounds[1]:
+        raise ValueError("state the lowest temperature in use, then the highest")
+    return bounds
+
+
+Range = Annotated[tuple[float, float], Field(strict=False)]
+
+
+class RubberEntry(StrictModel):
+    """Rubber of one class: at which temperature it was tested and is used, and what that does."""
+
+    mounts: AtLeastOne[Name]  # of this rubber
+    test_temperature_c: Temperature
+    use_temperature_c: Annotated[
+        tuple[Temperature, Temperature], Field(strict=False), AfterValidator(_from_cold_to_warm)
+    ]
+    # change of the dynamic stiffness [%/K], least and largest; no default, compounds differ
+    stiffness_percent_per_k: Annotated[Range, AfterValidator(_per_kelvin)]
+    source: Title  # of these two numbers
+
+    @property
+    def in_car(self) -> RubberInCar:
+        """What it makes of the stiffness."""
+        low, high = self.stiffness_percent_per_k
+        cold, warm = self.use_temperature_c
+        test = self.test_temperature_c
+        return RubberInCar((low / 100.0, high / 100.0), (cold - test, warm - test))
+
+
 class PlatformFile(StrictModel):
     """The whole file ``platform.toml``."""
 
@@ -467,6 +556,9 @@ class PlatformFile(StrictModel):
     engine: Engine
     powertrain: PowertrainEntry | None = None  # without, the motion is taken as measured
     mounts: AtLeastOne[MountEntry]  # in the order of the design variables
+    rubber: Several[RubberEntry] = ()  # of mounts whose temperatures are stated
+    # car_factors.csv of a run of synthesis_validation: what cars say of the other mounts
+    car_factors: RelativePath | None = None
     vehicles: AtLeastOne[VehicleEntry]  # in the order of the report
     load_cases: AtLeastOne[LoadCaseEntry]  # in the order of the report
 
@@ -493,6 +585,22 @@ class PlatformFile(StrictModel):
             yield from look_alikes(f"piece of mount {mount.name}", mount.piece_names)
             axes = f"transfer_axes of mount {mount.name} are named"
             yield from doubled(axes, mount.transfer_axes)
+        rubber = [name for entry in self.rubber for name in entry.mounts]
+        yield from doubled("mounts of [[rubber]] are named", rubber)
+        names = [mount.name for mount in self.mounts]
+        for name in rubber:
+            if name not in names:
+                yield (
+                    f"[[rubber]] names mount '{name}', which is not among {', '.join(names)}: "
+                    "correct its name"
+                )
+        struck = [vehicle.name for vehicle in self.vehicles if vehicle.body is not None]
+        for mount in self.mounts:
+            if struck and "body" in mount.brackets:
+                yield (
+                    f"mount {mount.name} has a bracket of the body, and the receptance or driving "
+                    f"points of vehicle {struck[0]} hold it already: leave one of both out"
+                )
 
 
 def mounts_of(
@@ -606,6 +714,7 @@ class Functions:
     - `frequency` (f,): lines that all functions share [Hz].
     - `noise_transfer`: by vehicle.
     - `receptance`: by vehicle that has one, or driving points [m/N].
+    - `brackets`: by mount that has any.
     - `operating`: displacement and force, by load case.
     - `engine_torque`: by load case, where it was recorded [N m].
     """
@@ -613,6 +722,7 @@ class Functions:
     frequency: RealArray
     noise_transfer: Mapping[str, Columns]
     receptance: Mapping[str, Frf]
+    brackets: Mapping[str, tuple[Bracket, ...]]
     operating: Mapping[str, tuple[Columns, ...]]
     engine_torque: Mapping[str, RealArray]
 
@@ -693,7 +803,52 @@ def read_functions(folder: Path, file: PlatformFile, tables: Tables) -> Function
                 owner = f"{folder / str(vehicle.body)}: vehicle {vehicle.name}"
                 sentence = f"{owner}: its lines are not those of the noise transfer functions"
                 tell(InputError(f"{sentence}: {where}; export all on the same lines"))
-    return Functions(frequency, noise_transfer, receptance, operating, engine_torque)
+        brackets = {}
+        for mount in file.mounts:
+            with noting(tell):
+                brackets[mount.name] = tuple(
+                    _bracket(folder, mount.name, side, stated, frequency)
+                    for side, stated in mount.brackets.items()
+                )
+    return Functions(frequency, noise_transfer, receptance, brackets, operating, engine_torque)
+
+
+def _bracket(
+    folder: Path,
+    mount: str,
+    side: Side,
+    stated: Row3 | str,
+    frequency: RealArray,
+) -> Bracket:
+    """Take a bracket from its numbers [N/mm], or read it from its file."""
+    if not isinstance(stated, str):
+        return Bracket(side, np.empty(0), np.array([stated], dtype=np.complex128) * 1e3)
+    path = folder / stated
+    item = f"{path}: {side} bracket of mount {mount}"
+    if not is_table(path):
+        raise InputError(f"{item}: write it as a table: CSV, xlsx or MATLAB's mat")
+    table = read_function_table(path)
+    if not same_lines(frequency, table.frequency):
+        where = first_difference(frequency, table.frequency)
+        raise InputError(
+            f"{item}: its lines are not those of the noise transfer functions: {where}; export "
+            "all on the same lines"
+        )
+    columns = []
+    with telling() as tell:
+        for axis in AXES:
+            with noting(tell), naming(f"{item}, {axis}"):
+                unit, values = table.spectrum(axis)
+                if unit.si != "N/m":
+                    raise InputError(f"'{unit.label}' is no unit of a stiffness: export it in N/mm")
+                refuse_beyond("stiffness", values)
+                if np.any(values.real <= 0.0):
+                    raise InputError(
+                        "the stiffness is negative: check its sign, and that it is force per "
+                        "displacement"
+                    )
+                columns.append(values)
+    return Bracket(side, frequency, np.stack(columns, axis=1))
 
 
 def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Functions) -> Platform:
@@ -703,14 +858,31 @@ def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Funct
         inputs += [folder / name for name in (vehicle.noise_transfer, vehicle.body) if name]
     for entry in file.load_cases:
         inputs += [folder / name for name in (entry.operating, entry.torque_table) if name]
+    for mount in file.mounts:
+        inputs += [folder / stated for stated in mount.brackets.values() if isinstance(stated, str)]
+    rubber = {name: each for each in file.rubber for name in each.mounts}
+    in_car = {name: each.in_car for name, each in rubber.items()}
+    if file.car_factors is not None:
+        inputs.append(folder / file.car_factors)
+        on_the_road = _rubber_on_the_road(folder / file.car_factors, tables.mounts)
+        if both := sorted(set(in_car) & set(on_the_road)):
+            raise InputError(
+                f"{folder / PLATFORM_FILE}: [[rubber]] and car_factors both say how stiff "
+                f"{', '.join(both)} is in the car: keep one of both"
+            )
+        in_car |= on_the_road
+    mounts = tuple(
+        replace(mount, brackets=functions.brackets[mount.name], rubber=in_car.get(mount.name))
+        for mount in tables.mounts
+    )
     read = with_their_tables(inputs)
-    library, library_fault = _library(folder / LIBRARY_FILE, tables.mounts)
+    library, library_fault = _library(folder / LIBRARY_FILE, tables.mounts, rubber)
     return Platform(
         name=file.name,
         title=file.title,
         description=file.description,
         folder=folder,
-        mounts=tables.mounts,
+        mounts=mounts,
         powertrain=_powertrain(file.powertrain),
         fleet=Fleet(tuple(_vehicle(entry, functions) for entry in file.vehicles)),
         load_cases=tuple(_load_case(entry, file.engine, functions) for entry in file.load_cases),
@@ -767,8 +939,43 @@ def _others_in(labels: str, names: Mapping[str, Sequence[str]], label: str) -> l
     return [name for name, words in names.items() if stands(words)]
 
 
+def _rubber_on_the_road(path: Path, mounts: Sequence[Mount]) -> dict[str, RubberInCar]:
+    """Read how stiff mounts are in cars from the table of a validated synthesis, by mount.
+
+    Rows that were not taken over there are left out. With one car the spread of others is unknown.
+    """
+    columns = read_columns(path, "taken over")
+    texts = columns.texts
+    if "taken over" not in texts:
+        raise InputError(
+            f"{path} has no column 'taken over': it is car_factors.csv of a run of "
+            "synthesis_validation"
+        )
+    believed = np.array([text.lower() == "true" for text in texts["taken over"]])
+    stated = {}
+    for mount in mounts:
+        header = f"{mount.name} in the car over bench [1]"
+        if header not in texts:
+            continue
+        with naming(str(path)):
+            (factors,) = columns.numbers(header)
+        if not np.all(factors > 0.0):
+            raise InputError(f"{path}: '{header}' is 0 or less: run synthesis_validation again")
+        logarithms = np.log(factors[believed])
+        if logarithms.size:
+            spread = float(np.std(logarithms, ddof=1)) if logarithms.size > 1 else None
+            middle = float(np.exp(logarithms.mean()))
+            stated[mount.name] = RubberInCar(on_the_road=middle, spread=spread)
+    if not stated:
+        raise InputError(
+            f"{path}: no row was taken over, or none names a mount of {PLATFORM_FILE}: leave "
+            "car_factors out"
+        )
+    return stated
+
+
 def _library(
-    path: Path, mounts: Sequence[Mount]
+    path: Path, mounts: Sequence[Mount], rubber: Mapping[str, RubberEntry]
 ) -> tuple[tuple[CharacterisedMount, ...], InputError | None]:
     """Mounts of the library beside a platform, as they stand there, or why there are none."""
     if not path.is_file():
@@ -778,7 +985,17 @@ def _library(
             "--library), or take the mounts from the measured spectra (--mounts spectra)"
         )
     try:
-        return as_mounted(read_library_json(path)[1], mounts), None
+        records, parts = read_library_json(path)
+        tested = {each.name: each.test_temperature for each in records}
+        for part in parts:
+            stated, measured = rubber.get(part.mount.name), tested.get(part.identity.campaign)
+            if stated and measured not in (None, stated.test_temperature_c):
+                raise InputError(
+                    f"{path}: campaign {part.identity.campaign} tested {part.mount.name} at "
+                    f"{measured:g} °C, and [[rubber]] of {PLATFORM_FILE} says "
+                    f"{stated.test_temperature_c:g} °C: correct one of both"
+                )
+        return as_mounted(parts, mounts), None
     except InputError as error:
         return (), error
 

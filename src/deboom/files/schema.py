@@ -207,6 +207,9 @@ GainTolerance = Annotated[
 PlaceTolerance = Annotated[
     Positive, within(0.0, 0.1, "nothing is placed that badly, in m: is it in mm?")
 ]
+Temperature = Annotated[
+    float, within(-60.0, 200.0, "rubber is used from -60 to 200 °C: is it in K or °F?")
+]
 NotNegative = Annotated[float, Field(ge=0)]
 Number = Annotated[int, Field(ge=1)]
 Share = Annotated[float, Field(ge=0, le=1)]

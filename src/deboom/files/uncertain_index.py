@@ -15,7 +15,13 @@ from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.surface_forces import Outside
 from deboom.vehicles.booming_model import CatalogueModel, model_of_other_data
 from deboom.vehicles.catalogue import Catalogue, runs_of_parts
-from deboom.vehicles.expected_change import ExpectedChange, Information, expected_change
+from deboom.vehicles.expected_change import (
+    ExpectedChange,
+    Information,
+    Step,
+    expected_change,
+    widths_if_measured,
+)
 from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.platform import LIBRARY_FILE, Platform, Runs
 from deboom.vehicles.platform_uncertainty import (
@@ -79,6 +85,23 @@ class UncertainIndex:
             self.platform.mounts,
             picks,
             information=information,
+            weights=weights,
+            seed=seed,
+        )
+
+    def widths_if_measured(
+        self, picks: npt.ArrayLike, *, weights: RealArray | None = None, seed: int = 1
+    ) -> dict[Step | None, RealArray]:
+        """State how wide the interval of the expected change is to be after a measurement.
+
+        Parameters, widths and errors as of `deboom.vehicles.expected_change.widths_if_measured`.
+        """
+        return widths_if_measured(
+            self.index,
+            list(self.on_bodies_at_rest.draws(REPETITIONS, seed)),
+            self.data.fleet,
+            self.platform.mounts,
+            picks,
             weights=weights,
             seed=seed,
         )

@@ -207,6 +207,7 @@ class Campaign:
     - `mass_tolerance`, `inertia_tolerance`, `centre_of_gravity_tolerance`: half widths [kg], of
       entry ij relative to ``√(J_ii J_jj)`` [1], per axis [m].
     - `assumed`: sentences on what nobody stated and defaults stand in for.
+    - `test_temperature`: of the mounts [°C]; None where it is not stated.
     """
 
     name: str
@@ -228,6 +229,7 @@ class Campaign:
     input_files: tuple[Path, ...]
     excited: tuple[str, ...] = TORQUE_ALONE
     assumed: tuple[str, ...] = ()
+    test_temperature: float | None = None
 
     def __post_init__(self) -> None:
         unknown = [name for name in self.excited if name not in RIGID_LOADS]

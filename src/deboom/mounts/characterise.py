@@ -152,6 +152,7 @@ class Characterisation(Tabled):
                 for item in fields(stated)
             },
             inputs_sha256=inputs_sha256,
+            test_temperature=self.campaign.test_temperature,
         )
 
     def _characterised_mount(self, mount: MeasuredMount) -> CharacterisedMount:

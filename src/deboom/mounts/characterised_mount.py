@@ -122,8 +122,8 @@ class CampaignRecord:
     """Measurement campaign that mounts were characterised from.
 
     A short name, unique in a library, the engine order of its spectra, the names of its runs,
-    assumptions of the error budget about the bench (1 σ, ``name [unit]``, SI) and a hash of every
-    file that was read.
+    assumptions of the error budget about the bench (1 σ, ``name [unit]``, SI), a hash of every
+    file that was read, and the temperature of the mounts [°C], None where it is not stated.
 
     - raises InputError: no name, a number that is not finite, a tolerance that lacks its unit.
     """
@@ -133,6 +133,7 @@ class CampaignRecord:
     runs: tuple[str, ...]
     tolerances: Mapping[str, float]
     inputs_sha256: Mapping[str, str]
+    test_temperature: float | None = None
 
     def __post_init__(self) -> None:
         _check_text("campaign", self.name, needed=True)

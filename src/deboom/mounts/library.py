@@ -29,7 +29,7 @@ from deboom.mounts.characterised_mount import (
     CharacterisedMount,
     MountIdentity,
 )
-from deboom.mounts.library_tables import campaign_of, entry, mount_entry, mount_of
+from deboom.mounts.library_tables import campaign_entry, campaign_of, mount_entry, mount_of
 
 VERSION = 2
 """Version of the tables that are read and written."""
@@ -204,7 +204,7 @@ class MountLibrary:
                     "tolerances; replace it with all its mounts, or rename the new one"
                 )
             connection.execute(sa.delete(_CAMPAIGN).where(named))
-        columns = _columns(entry(campaign))
+        columns = _columns(campaign_entry(campaign))
         connection.execute(sa.insert(_CAMPAIGN).values(name=campaign.name, **columns))
 
     def _entry(self, row: sa.Row[Any]) -> Any:

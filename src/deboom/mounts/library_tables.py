@@ -49,6 +49,7 @@ _KEYS = {
     "deflection": "deflection [m]",
     "force": "force [N]",
     "force_uncertainty": "force_uncertainty [1]",
+    "test_temperature": "test_temperature [°C]",
 }
 """Keys of fields that have a unit; other fields are called as in their dataclass."""
 
@@ -59,7 +60,7 @@ def to_document(
     """Return mounts and their campaigns as plain dicts, lists, text and numbers."""
     return {
         "format": FORMAT,
-        "campaigns": [entry(campaign) for campaign in campaigns],
+        "campaigns": [campaign_entry(campaign) for campaign in campaigns],
         "mounts": [mount_entry(value) for value in mounts],
     }
 
@@ -96,7 +97,13 @@ def from_document(
 @_refused_by_name()
 def campaign_of(entry: Mapping[str, Any]) -> CampaignRecord:
     """Return the campaign of its entry; InputError names what is wrong with it."""
-    return _built(CampaignRecord, entry)
+    return _built(CampaignRecord, {_KEYS["test_temperature"]: None} | dict(entry))
+
+
+def campaign_entry(campaign: CampaignRecord) -> dict[str, Any]:
+    """Return a campaign as plain values, its temperature where it is stated."""
+    unknown = campaign.test_temperature is None
+    return entry(campaign, *(["test_temperature"] if unknown else []))
 
 
 def mount_entry(value: CharacterisedMount) -> dict[str, Any]:
@@ -111,7 +118,8 @@ def mount_entry(value: CharacterisedMount) -> dict[str, Any]:
     ]
     return {
         "identity": entry(value.identity),
-        **entry(mount, "name", "pieces", "positions", "rotations"),
+        # brackets and the state of the rubber belong to a car, not to the part
+        **entry(mount, "name", "pieces", "positions", "rotations", "brackets", "rubber"),
         "pieces": pieces,
         "quality": dict(value.quality),
         "directions": [_direction(direction) for direction in value.directions],
@@ -192,6 +200,8 @@ def mount_of(entry: Mapping[str, Any]) -> CharacterisedMount:
         positions=tuple((x, y, z) for x, y, z in x_y_z),
         rotations=tuple((rx, ry, rz) for rx, ry, rz in turns),
         transfer_axes=tuple(entry["transfer_axes"]),
+        brackets=(),
+        rubber=None,
     )
     directions = tuple(_direction_of(identity.mount, item) for item in entry["directions"])
     return CharacterisedMount(identity, mount, directions, entry["quality"])

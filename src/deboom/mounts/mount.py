@@ -5,15 +5,88 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import AXES, RealArray
+from deboom.arrays import AXES, ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.physics.rigid_body import rotation_matrix
+
+Side = Literal["engine", "body"]
+"""End of a mount that a bracket holds."""
+SIDES: tuple[Side, ...] = get_args(Side)
+
+
+@checked(frequency="f", stiffness="line 3")
+class Bracket:
+    """What holds a mount in the car, and gives way in series with its rubber.
+
+    - `side`: end of the mount that it holds.
+    - `frequency` (f,): lines of the stiffness; none where it is the same at all lines [Hz].
+    - `stiffness` (f, 3) or (1, 3): complex dynamic stiffness of each piece's bracket along the axes
+      of the mount [N/m].
+    - raises InputError: a stiffness of 0.
+    """
+
+    side: Side
+    frequency: RealArray
+    stiffness: ComplexArray
+
+    def __post_init__(self) -> None:
+        if not np.all(self.stiffness):
+            raise InputError("a bracket without stiffness holds nothing: state its stiffness")
+
+    def compliance(self, frequency: RealArray) -> ComplexArray:
+        """Return the displacement per force along each axis at some lines, (f, 3) [m/N].
+
+        - raises InputError: lines at which the bracket was not measured.
+        """
+        if not self.frequency.size:
+            return np.broadcast_to(1.0 / self.stiffness, (frequency.size, len(AXES)))
+        at = np.searchsorted(self.frequency, frequency)
+        at = np.minimum(at, self.frequency.size - 1)
+        if not np.array_equal(self.frequency[at], frequency):
+            raise InputError("a bracket has other lines than the runs: bring both to the same ones")
+        return np.asarray(1.0 / self.stiffness[at])
+
+
+@dataclass(frozen=True)
+class RubberInCar:
+    """How stiff the rubber of a mount is in the car, over its stiffness in the test.
+
+    - `per_kelvin` (2,): bounds of the change of its logarithm per kelvin [1/K].
+    - `warmer` (2,): bounds of the temperature in use over that of the test [K].
+    - `on_the_road`: what cars themselves show of it, instead [1].
+    - `spread`: standard deviation of the logarithm of that, from car to car; None where nothing was
+      seen in a car [1].
+    - raises InputError: bounds in the wrong order; a stiffness of 0 or less.
+    """
+
+    per_kelvin: tuple[float, float] = (0.0, 0.0)
+    warmer: tuple[float, float] = (0.0, 0.0)
+    on_the_road: float = 1.0
+    spread: float | None = None
+
+    def __post_init__(self) -> None:
+        ordered = self.per_kelvin[0] <= self.per_kelvin[1] and self.warmer[0] <= self.warmer[1]
+        if not (ordered and 0.0 < self.on_the_road < math.inf and (self.spread or 0.0) >= 0.0):
+            raise InputError(
+                f"{self}: give bounds from low to high, a stiffness above 0 and its spread"
+            )
+
+    @property
+    def factor(self) -> float:
+        """Stiffness that is expected in the car, over that in the test [1]."""
+        return self.on_the_road * self.at(0.5, 0.5)
+
+    def at(self, share_of_coefficient: float, share_of_temperature: float) -> float:
+        """Return the stiffness over that in the test, at shares of both bounds' widths [1]."""
+        coefficient = float(np.interp(share_of_coefficient, (0.0, 1.0), self.per_kelvin))
+        return math.exp(coefficient * np.interp(share_of_temperature, (0.0, 1.0), self.warmer))
 
 
 @dataclass(frozen=True)
@@ -37,6 +110,8 @@ class Mount:
     - `body_mass_tolerance`: half width of the body mass [kg].
     - `rotations`: turns of vehicle axes into the axes of each piece, about the fixed axes x, then
       y, then z, ``R = Rz Ry Rx`` as for sensors [rad]; none: all stand along the vehicle's axes.
+    - `brackets`: that hold it in the car and were not between the sensors of its test; none: rigid.
+    - `rubber`, optional: what is stated of its rubber in the car; None: as in the test.
     - raises InputError: unknown axes; a tolerance below 0 or above the body mass; rotations that
       are not one per piece, not finite or beyond a whole turn.
     """
@@ -49,6 +124,8 @@ class Mount:
     body_mass: float | None = None
     body_mass_tolerance: float = 0.0
     rotations: tuple[tuple[float, float, float], ...] = ()
+    brackets: tuple[Bracket, ...] = ()
+    rubber: RubberInCar | None = None
 
     def __post_init__(self) -> None:
         rotations = tuple(tuple(angles) for angles in self.rotations)
@@ -248,3 +325,18 @@ def mean_operating_stiffness(
         displacement = load_case.displacement.select(names).values[lines]
         stiffness[place] = np.mean(np.abs(dynamic_stiffness(force, displacement)))
     return stiffness
+
+
+def bracket_softness(
+    mount: Mount, load_case: LoadCase, band: tuple[float, float]
+) -> npt.NDArray[np.float64]:
+    """Return the mean stiffness of a mount over a run, over that of its brackets in series.
+
+    - `mount`, `load_case`, `band`, errors: as of `mean_operating_stiffness`.
+    - returns (3,): for x, y, z [1]; 0 without a bracket, nan for an axis without channels.
+    """
+    frequency = load_case.displacement.frequency
+    lines = frequency[(frequency >= band[0]) & (frequency <= band[1])]
+    gives = sum((bracket.compliance(lines) for bracket in mount.brackets), np.zeros((1, 3)))
+    softness = mean_operating_stiffness(mount, load_case, band) * np.abs(gives).mean(axis=0)
+    return np.asarray(softness)

@@ -119,13 +119,19 @@ def report_runs(report: Report, runs: Runs) -> None:
     from deboom.files.check import (
         band_in_words,
         bodies_in_words,
+        brackets_in_words,
         pieces_in_words,
+        rubber_in_words,
         unidentified_in_words,
     )
 
     report.warn(band_in_words(runs.platform, runs.band))
     if words := bodies_in_words(runs.platform):
         report.facts["bodies"] = words
+    if words := rubber_in_words(runs.platform):
+        report.facts["rubber"] = f"stiffness in the car over that in the test: {words}"
+    if words := brackets_in_words(runs.platform):
+        report.facts["brackets"] = words
     if words := pieces_in_words(runs.platform):
         report.facts["pieces"] = words
     if words := unidentified_in_words(runs.platform, [case for case, _ in runs.cases]):

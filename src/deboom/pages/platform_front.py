@@ -183,6 +183,12 @@ class PlatformFront:
         band = (float(self.fleet.frequency[0]), float(self.fleet.frequency[-1]))
         return self.runs.stiffness(self.load_case, band) * N_PER_MM
 
+    @cached_property
+    def bracket_softness(self) -> RealArray:
+        """`nominal_stiffness` over the stiffness of the mounts' brackets; 0 without one [1]."""
+        band = (float(self.fleet.frequency[0]), float(self.fleet.frequency[-1]))
+        return self.runs.bracket_softness(self.load_case, band)
+
     @property
     def stiffness_state(self) -> str:
         """State that `nominal_stiffness` holds at, in words."""

@@ -38,6 +38,7 @@ from deboom.pages.motion import factor_name, motion_name
 from deboom.pages.platform_front import FURTHER, PlatformFront
 from deboom.plot.style import mount_colours, signed
 from deboom.report import Report, Step, Table
+from deboom.vehicles.design_factor import with_brackets
 from deboom.vehicles.fleet_front import same_designs
 from deboom.vehicles.free_directions import NOTICEABLE, Need
 
@@ -46,6 +47,7 @@ BESIDE_WIDTH = 3.6
 SHOWN_STIFFNESS = (
     "variable",
     "best-mean factor [1]",
+    "best-mean with brackets [1]",
     "best-mean from [1]",
     "best-mean to [1]",
     "best-mean [N/mm]",
@@ -608,12 +610,14 @@ def _supplier(report: Report, view: PlatformFront) -> None:
         "Chosen stiffness of every mount and axis. The thin bracket spans the "
         f"range within which, {freedom.sentence}.",
     )
-    stiffness = _stiffness_table(view)
-    columns = list(SHOWN_STIFFNESS)
+    stiffness, held = _stiffness_table(view), np.any(view.bracket_softness > 0.0)
+    columns = [column for column in SHOWN_STIFFNESS if column in stiffness]
     report.table(
         "stiffness",
         stiffness,
-        "Factor: share of today's stiffness. From and to: the range around best-mean within "
+        "Factor: share of today's stiffness"
+        + (", of the rubber; with brackets: of mount and brackets in series" if held else "")
+        + ". From and to: the range around best-mean within "
         f"which, {freedom.sentence}, scatter of the parts included; any in bounds: that holds for "
         "the whole range; as today: today's part lies in it. stiffness.csv has the other picks.",
         {
@@ -633,13 +637,15 @@ def _supplier(report: Report, view: PlatformFront) -> None:
 
 def _stiffness_table(view: PlatformFront) -> pd.DataFrame:
     """List factor and stiffness of each pick by direction, and the range around best-mean."""
-    nominal, freedom = view.nominal_stiffness, view.freedom
+    nominal, freedom, softness = view.nominal_stiffness, view.freedom, view.bracket_softness
     variables = list(view.stiffness_variables)
     n = len(variables)
     free = np.isin(variables, view.front.without_effect)
     table: dict[str, object] = {"variable": variables, "nominal [N/mm]": nominal}
     for name, design in view.front.pick_designs.items():
         table[f"{name} factor [1]"] = design[:n]
+        if np.any(softness > 0.0):
+            table[f"{name} with brackets [1]"] = with_brackets(design[:n], softness)
         table[f"{name} [N/mm]"] = nominal * design[:n]
     for column, bound in zip(("from", "to"), freedom.interval[:n].T, strict=True):
         table[f"best-mean {column} [1]"] = np.where(free, np.nan, bound)

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.arrays import PERCENT, RealArray
+from deboom.arrays import AXES, PERCENT, RealArray
 from deboom.files.acceptance import Programme, SheetDirection, SupplierSpecification, box_document
 from deboom.files.front_run import design_name
-from deboom.mounts.mount import Mount
+from deboom.mounts.mount import Mount, bracket_softness
 from deboom.pages.motion import factor_name
 from deboom.pages.supplier_study import Direction, SupplierStudy
 from deboom.physics.dynamic_stiffness import N_PER_MM
@@ -28,7 +28,7 @@ from deboom.supplier.sheet import (
     rounded,
 )
 from deboom.supplier.sources import SheetSources, bands
-from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.design_factor import Factor, with_brackets
 from deboom.vehicles.free_directions import NOTICEABLE, Need
 
 MM, MDB = 1e3, 1e3
@@ -398,6 +398,8 @@ class MountSheet(PartSheet):
             ),
             self._preload_words(states),
         ]
+        if self.mount.brackets:
+            texts.append(self._bracket_words())
         if any(not state.laboratory for state in states):
             texts.append(
                 say(
@@ -434,6 +436,25 @@ class MountSheet(PartSheet):
             if names:
                 texts.append(f"{', '.join(names)}: {say(english, german)}")
         return tuple(texts)
+
+    def _bracket_words(self) -> str:
+        """Say what the wanted factors make of the mount with its brackets."""
+        (case, _), *_ = self.study.load_cases
+        softness = bracket_softness(self.mount, case, self.study.band)
+        at = [AXES.index(direction.axis) for direction in self.directions]
+        rubber = self.effects.middle[[direction.column for direction in self.directions]]
+        both = with_brackets(rubber, softness[at])
+        of_each = "; ".join(
+            f"{direction.name} {self.percent(round(mine, 2))} → {self.percent(round(joined, 2))}"
+            for direction, mine, joined in zip(self.directions, rubber, both, strict=True)
+            if self.bands[direction.name] is not None and not np.isnan(joined)
+        )
+        return self.language.say(
+            "The part is tested without the brackets that hold it in the car. Share of today's "
+            f"stiffness, of the rubber → with its brackets: {of_each}.",
+            "Das Teil wird ohne die Halter geprüft, an denen es im Fahrzeug sitzt. Anteil der "
+            f"heutigen Steifigkeit, vom Gummi → mit seinen Haltern: {of_each}.",
+        )
 
     def _preload_words(self, states: list[MachineState]) -> str:
         """Say what the preloads contain, and where their deflection counts from."""

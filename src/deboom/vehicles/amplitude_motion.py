@@ -238,7 +238,7 @@ def amplitude_motion(
     - `settling`, optional: where given, a factor means the part itself, which settles elsewhere on
       these curves.
     - `follow`: whether stiffnesses follow the amplitude; if not, the motion is coupled only.
-    - raises InputError: bodies with a receptance; a run without engine torque; a line that lies
+    - raises InputError: bodies with a receptance, or brackets; a run without engine torque; a line
       outside of the region in which a mount was measured; with `settling` see also `part_ratio`.
 
     ``K(a) = K_run S(T, a, f) / S(T, a_run, f)``: the run's own stiffness times the relative change
@@ -252,8 +252,8 @@ def amplitude_motion(
     if isinstance(coupled, FlexibleMotion):
         raise InputError(
             "stiffnesses that follow amplitude or preload go with bodies at rest: leave the "
-            "receptances or driving points of the vehicles out, or take coupled motion with "
-            "dynamic factors"
+            "receptances or driving points of the vehicles and the brackets of the mounts out, or "
+            "take coupled motion with dynamic factors"
         )
     inside = np.isin(load_case.displacement.frequency, coupled.frequency)
     torque = load_case.wheel_torque[inside]

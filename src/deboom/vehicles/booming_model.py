@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
@@ -10,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray, short_repr
-from deboom.errors import InputError
+from deboom.errors import DataWarning, InputError
 from deboom.explore.space import DesignSpace, checked_designs, stiffness_factor_space
 from deboom.measurement.channels import Band, LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
@@ -366,6 +367,11 @@ def booming_model(
         or settling parts, settling parts with prescribed motion; see also
         `deboom.vehicles.fleet.path_contributions`, `deboom.vehicles.coupled_motion.coupled_motion`,
         `deboom.vehicles.amplitude_motion.amplitude_motion` and `BoomingModel`.
+
+    Warns
+    -----
+    DataWarning
+        Brackets or rubber of the car with prescribed motion, where they do not count.
     """
     by_surface = motion is Motion.amplitude or settling is not None
     if loss_factors and by_surface:
@@ -376,6 +382,14 @@ def booming_model(
     if settling is not None and motion is Motion.prescribed:
         raise InputError(
             "a part that settles elsewhere moves otherwise too: take coupled or amplitude motion"
+        )
+    held = [mount.name for mount in mounts if mount.brackets or mount.rubber]
+    if held and motion is Motion.prescribed:
+        warnings.warn(
+            f"with prescribed motion brackets and rubber of {', '.join(held)} in the car do not "
+            "count: it takes every deflection as measured; coupled motion has them",
+            DataWarning,
+            stacklevel=2,
         )
     surfaces = identified_surfaces(parts) if by_surface else {}
     cases: list[Case] = []

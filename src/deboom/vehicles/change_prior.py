@@ -38,6 +38,9 @@ RUBBER_TEST, RUBBER_MOUNT = 0.085, 0.04
 [1]: 10 K, age and hardness; judgement, on temperature and hardness see Gent, Engineering with
 Rubber, 3rd ed., Hanser, 2012."""
 
+RUBBER_AGE = 0.05
+"""The same of all together where temperatures are stated [1]: age and hardness; judgement."""
+
 SLOPE, SLOPE_SPREAD = (0.015, 0.30), 0.3
 """Exponent by which a stiffness falls with the amplitude, and its log-normal spread from mount to
 mount [1]: hardly to strongly filled rubber, as of Payne, Journal of Applied Polymer Science 6,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import fields, replace
 from functools import cached_property
 from typing import Any
@@ -13,7 +13,7 @@ from scipy.linalg import block_diag
 from deboom.arrays import AXES, BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Band, LoadCase, lines_inside, refuse_doubled
-from deboom.mounts.mount import Mount, in_mount_axes
+from deboom.mounts.mount import SIDES, Mount, Side, in_mount_axes, not_identified
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.physics.rigid_body import LARGEST_RESIDUAL, forward_matrices, not_rigid
 from deboom.vehicles.fleet import Fleet, path_transfer, paths_into, spring_transfer, with_loss_names
@@ -260,7 +260,7 @@ class FlexibleMotion(CoupledMotion):
     """Coupled motion whose springs stand on a body that gives way.
 
     - `receptance` (v, f, s, s): displacement of each body at every spring per force of every
-      spring, along the springs [m/N].
+      spring, along the springs, and on the diagonal what brackets give way besides [m/N].
 
     Loads are those of `CoupledMotion`: what keeps the measured motion going on a body at rest, such
     as a bench. Each vehicle moves on its own, so forces are those in one vehicle.
@@ -383,7 +383,7 @@ def coupled_motion(
     InputError
         No powertrain; a channel that was not measured; powertrain mounts that leave a rigid motion
         undetermined; measured motion that is not rigid; a direction without any motion; receptances
-        of some vehicles alone, or of other lines; see also
+        of some vehicles alone, or of other lines; a bracket softer than its mount; see also
         `deboom.vehicles.fleet.path_contributions`.
 
     Notes
@@ -400,7 +400,8 @@ def coupled_motion(
     K does not feel the new amplitude or the new static position (that would be another model of
     the motion). Without receptances the car body stays at rest: blocked forces on a trimmed body.
     With them powertrain, wheel ends and body move together, see `FlexibleMotion`, and the measured
-    forces are taken as those on a bench at rest.
+    forces are taken as those on a bench at rest. So they are with brackets: K is that of the mount
+    as tested, and the car has a bracket's K_b in series with x k K, k of the rubber in the car.
     """
     if powertrain is None:
         raise InputError(
@@ -453,11 +454,23 @@ def coupled_motion(
         vehicle_names=fleet.names,
         variable_names=tuple(variables),
     )
+    rubber = np.array([mount.rubber.factor if mount.rubber else 1.0 for mount in mounts])
+    if np.any(rubber != 1.0):
+        of_variable = np.repeat(rubber, len(AXES))
+        motion = motion.with_stiffness(motion.stiffness * of_variable[motion.variables])
     receptance = _receptance(fleet, paths, frequency, band, load_case.name)
-    if receptance is None:
+    brackets = bracket_compliance(mounts, frequency)
+    if receptance is None and not brackets.any():
         return motion
-    share = spring_shares(mounts, paths)
-    return FlexibleMotion(**vars_of(motion), receptance=share @ receptance @ share.T)
+    if not with_drawn_errors:
+        _refuse_soft_brackets(mounts, motion, not_identified(load_case))
+    n_spring = brackets.shape[1]
+    joined = np.zeros((len(fleet.names), frequency.size, n_spring, n_spring), dtype=complex)
+    if receptance is not None:
+        share = spring_shares(mounts, paths)
+        joined += share @ receptance @ share.T
+    joined[..., np.arange(n_spring), np.arange(n_spring)] += brackets
+    return FlexibleMotion(**vars_of(motion), receptance=joined)
 
 
 def spring_shares(mounts: Sequence[Mount], paths: Sequence[str]) -> RealArray:
@@ -473,6 +486,44 @@ def spring_shares(mounts: Sequence[Mount], paths: Sequence[str]) -> RealArray:
         for mount, piece, axis, _ in (*_of_powertrain(mounts), *_of_wheel_ends(mounts))
     ]
     return np.stack(rows)
+
+
+def bracket_compliance(
+    mounts: Sequence[Mount], frequency: RealArray, sides: Collection[Side] = SIDES
+) -> ComplexArray:
+    """Return what the brackets on some sides give way at every spring, (f, s) [m/N].
+
+    Springs are in the order of `CoupledMotion`. Raises InputError: see `Bracket.compliance`.
+    """
+    columns = [
+        sum(
+            (
+                bracket.compliance(frequency)[:, AXES.index(axis)]
+                for bracket in mount.brackets
+                if bracket.side in sides
+            ),
+            np.zeros(frequency.size, dtype=complex),
+        )
+        for mount, _, axis, _ in (*_of_powertrain(mounts), *_of_wheel_ends(mounts))
+    ]
+    return np.stack(columns, axis=1)
+
+
+def _refuse_soft_brackets(
+    mounts: Sequence[Mount], motion: CoupledMotion, unknown: Collection[str]
+) -> None:
+    """Refuse a bracket that is softer than its mount; nothing is judged at `unknown` channels."""
+    directions = [*_of_powertrain(mounts), *_of_wheel_ends(mounts)]
+    for side in SIDES:
+        compliance = bracket_compliance(mounts, motion.frequency, [side])
+        ratio = np.median(np.abs(motion.stiffness * compliance), axis=0)
+        for (mount, _, axis, channel), softer in zip(directions, ratio, strict=True):
+            if softer > 1.0 and channel not in unknown:
+                raise InputError(
+                    f"load case {motion.load_case}: the {side} bracket of {mount.name} is "
+                    f"{softer:.3g} times as soft along {axis} as the mount itself: a bracket is "
+                    "stiffer; is its stiffness in N/mm?"
+                )
 
 
 def _receptance(

@@ -303,6 +303,16 @@ def _preload_table(
     return low, high, surface.predict(points, extrapolate=True) / nominal[:, np.newaxis]
 
 
+def with_brackets(factors: RealArray, softness: RealArray) -> RealArray:
+    """Return what factors of the rubber make of the mounts with their brackets.
+
+    - `factors` (..., k): stiffness factors x of the rubber [1].
+    - `softness` (k,): stiffness of today's mount over that of its bracket, r; 0 of a rigid one [1].
+    - returns (..., k): stiffness in the car over today's there, ``(1 + r)/(1/x + r)`` [1].
+    """
+    return np.asarray((1.0 + softness) / (1.0 / factors + softness))
+
+
 def factor_space(names: Sequence[str], half_width: float, tolerance: float) -> DesignSpace:
     """Return the space of a study's factors: stiffnesses scatter, loss factors do not.
 

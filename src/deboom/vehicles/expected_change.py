@@ -10,7 +10,7 @@ stand in `deboom.vehicles.change_prior`.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -22,11 +22,17 @@ from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray
 from deboom.errors import InputError
 from deboom.explore.space import checked_designs
 from deboom.measurement.uncertainty import complex_normals
-from deboom.mounts.mount import Mount
+from deboom.mounts.mount import Mount, RubberInCar
 from deboom.physics.sound_level import spl
 from deboom.vehicles import change_prior as prior
 from deboom.vehicles.booming_model import BoomingModel, CatalogueModel, Motion
-from deboom.vehicles.coupled_motion import CoupledMotion, FlexibleMotion, spring_shares, vars_of
+from deboom.vehicles.coupled_motion import (
+    CoupledMotion,
+    FlexibleMotion,
+    bracket_compliance,
+    spring_shares,
+    vars_of,
+)
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Fleet, Vehicle, paths_into, relative_noise
 
@@ -50,6 +56,9 @@ N_DRAWS = {Information.unknown: 160, Information.driving_points: 48, Information
 
 BODIES_TO_STRIKE = 3
 """Bodies of the prior whose driving points are taken as measured, to say what these would tell."""
+
+BODIES_TO_RANK = 12
+"""The same where measurements are ranked: soft bodies leave wide intervals, so a few say little."""
 
 STRUCK_NOISE = 0.05
 """Relative noise of these driving points [1]."""
@@ -276,55 +285,173 @@ def change_draws(
     seed: int = 1,
 ) -> ChangeDraws:
     """Draw changes by picks; parameters and errors as of `expected_change`."""
-    if reason := _why_unexpected(model):
-        raise InputError(reason)
-    if not again:
-        raise InputError("an expected change needs data measured again: draw some")
-    states = [known_of_body(vehicle) for vehicle in fleet.vehicles]
-    rank = list(Information).index
-    information = information or min(states, key=rank)
-    lacking = sum(rank(state) < rank(information) for state in states)
-    if lacking:
-        raise InputError(
-            f"{information.value} are asked for, and {lacking} vehicles have none: measure them in "
-            "all vehicles, or take the bodies as unknown"
-        )
-    each = np.atleast_2d(np.asarray(picks, dtype=float))
-    n_variable = len(model.variable_names)
-    today = np.ones(n_variable)
-    today[: n_variable - len(_with_todays_parts(model).variable_names)] = 0.0
-    rows = checked_designs(each.reshape(-1, each.shape[-1]), model.variable_names)
-    designs = np.vstack([today, rows])
-    lines = np.arange(0, model.n_lines, LINE_STEP)
-    bodies = _Bodies.of(fleet, mounts, model.frequency[lines], information)
-    measured = [_cases_of(other, designs, lines) for other in again]
-    of_model = [model.levels(designs, name) for name in model.load_case_names]
-    predicted = _changes(of_model, model.weights)
-    on_fewer = _changes([levels[..., lines] for levels in of_model], model.weights)
+    draws = _Draws.of(model, again, fleet, mounts, picks, information=information, seed=seed)
+    mean, peak = draws.drawn(draws.bodies)
+    struck = np.empty((0, N_DRAWS[Information.driving_points], *mean.shape[1:]))
+    if draws.bodies.information is Information.unknown:
+        bodies = draws.struck(Step.driving_points, BODIES_TO_STRIKE)
+        struck = np.stack([draws.drawn(each)[0] for each in bodies])
+    return ChangeDraws(
+        information=draws.bodies.information,
+        predicted=draws.predicted[0],
+        drawn=mean,
+        predicted_peak=draws.predicted[1],
+        drawn_peak=peak,
+        struck=struck,
+    )
 
-    def drawn(bodies: _Bodies) -> RealArray:
+
+class Step(Enum):
+    """A measurement that would tell more of a car than is known."""
+
+    driving_points = "driving points of every vehicle, by a hammer"
+    receptances = "receptances of every vehicle, by a hammer"
+    brackets = "brackets of the body by a hammer"
+    temperature = "a run at another temperature, and temperatures in use"
+
+
+def widths_if_measured(
+    model: Model,
+    again: Sequence[Model],
+    fleet: Fleet,
+    mounts: Sequence[Mount],
+    picks: npt.ArrayLike,
+    *,
+    weights: RealArray | None = None,
+    seed: int = 1,
+) -> dict[Step | None, RealArray]:
+    """State how wide the interval of the mean change is expected to be after a measurement.
+
+    - other parameters and errors: as of `expected_change`.
+    - returns: by measurement that would tell something new, and under None as it is now: width of
+      `ExpectedChange.mean` by each pick, (n,) [dB].
+
+    Bodies are drawn that agree with what is known, each is measured, and the interval is stated as
+    it would be then; widths are medians over them, because a soft body leaves a wide interval
+    however well it is known. A temperature takes its part off the rubber.
+    """
+    draws = _Draws.of(model, again, fleet, mounts, picks, seed=seed)
+    state = draws.bodies.information
+    of_model = fleet_statistics(draws.predicted[0], weights)[0]
+
+    def width(bodies: _Bodies, mounts: Sequence[Mount] | None = None) -> RealArray:
+        mean = fleet_statistics(draws.drawn(bodies, mounts)[0], weights)[0]
+        key = bodies.information.name
+        stated = interval(of_model, mean, prior.CENTRE[key], prior.MEAN_WIDTH[key])
+        return stated.high - stated.low
+
+    def of_bodies(step: Step) -> RealArray:
+        each = [width(bodies) for bodies in draws.struck(step, BODIES_TO_RANK)]
+        return np.asarray(np.median(each, axis=0))
+
+    widths: dict[Step | None, RealArray] = {None: width(draws.bodies)}
+    if state is Information.unknown:
+        for step in (Step.driving_points, Step.receptances, Step.brackets):
+            widths[step] = of_bodies(step)
+    elif state is Information.driving_points:
+        widths[Step.receptances] = of_bodies(Step.receptances)
+    if not all(mount.rubber for mount in mounts):
+        told = [replace(mount, rubber=mount.rubber or RubberInCar()) for mount in mounts]
+        widths[Step.temperature] = width(draws.bodies, told)
+    return widths
+
+
+@dataclass(frozen=True, eq=False)
+class _Draws:
+    """What draws of the changes by picks are made of.
+
+    - `bodies`: as far as they are known.
+    - `measured`: load cases of each set of data measured again, with the springs of all designs.
+    - `mounts`, `weights`: of the platform, and of the load cases [1].
+    - `of_model`, `on_fewer` (2, n, v): changes of the model on all lines, and on those of the
+      draws, see `_changes` [dB].
+    - `own_design`: numbers of picks and vehicles, where each vehicle has a design of its own.
+    """
+
+    bodies: _Bodies
+    measured: list[list[_Case]]
+    mounts: Sequence[Mount]
+    weights: Sequence[float]
+    of_model: RealArray
+    on_fewer: RealArray
+    own_design: tuple[int, int] | None
+    seed: int
+
+    @classmethod
+    def of(
+        cls,
+        model: Model,
+        again: Sequence[Model],
+        fleet: Fleet,
+        mounts: Sequence[Mount],
+        picks: npt.ArrayLike,
+        *,
+        information: Information | None = None,
+        seed: int,
+    ) -> _Draws:
+        """Prepare draws; parameters and errors as of `expected_change`."""
+        if reason := _why_unexpected(model):
+            raise InputError(reason)
+        if not again:
+            raise InputError("an expected change needs data measured again: draw some")
+        states = [known_of_body(vehicle) for vehicle in fleet.vehicles]
+        rank = list(Information).index
+        information = information or min(states, key=rank)
+        lacking = sum(rank(state) < rank(information) for state in states)
+        if lacking:
+            raise InputError(
+                f"{information.value} are asked for, and {lacking} vehicles have none: measure "
+                "them in all vehicles, or take the bodies as unknown"
+            )
+        each = np.atleast_2d(np.asarray(picks, dtype=float))
+        n_variable = len(model.variable_names)
+        today = np.ones(n_variable)
+        today[: n_variable - len(_with_todays_parts(model).variable_names)] = 0.0
+        rows = checked_designs(each.reshape(-1, each.shape[-1]), model.variable_names)
+        designs = np.vstack([today, rows])
+        lines = np.arange(0, model.n_lines, LINE_STEP)
+        of_model = [model.levels(designs, name) for name in model.load_case_names]
+        on_fewer = [levels[..., lines] for levels in of_model]
+        return cls(
+            bodies=_Bodies.of(fleet, mounts, model.frequency[lines], information),
+            measured=[_cases_of(other, designs, lines) for other in again],
+            mounts=mounts,
+            weights=model.weights,
+            of_model=_changes(of_model, model.weights),
+            on_fewer=_changes(on_fewer, model.weights),
+            own_design=(each.shape[0], each.shape[1]) if each.ndim > 2 else None,
+            seed=seed,
+        )
+
+    @property
+    def predicted(self) -> RealArray:
+        """Changes of the model, of the mean level and of the loudest line, (2, n, v) [dB]."""
+        return self._by_pick(self.of_model)
+
+    def drawn(self, bodies: _Bodies, mounts: Sequence[Mount] | None = None) -> RealArray:
+        """Draw changes on bodies, (2, d, n, v) [dB]; `mounts` have another state of the rubber."""
         changes = []
         for number in range(N_DRAWS[bodies.information]):
-            generator = np.random.default_rng([seed, zlib.crc32(b"expected change"), number])
-            body, rubber = bodies.draw(generator), _Rubber.draw(generator, mounts)
-            levels = [case.levels(body, rubber) for case in measured[number % len(measured)]]
-            changes.append(_changes(levels, model.weights))
-        return np.moveaxis(np.array(changes) + (predicted - on_fewer), 1, 0)
+            generator = np.random.default_rng([self.seed, zlib.crc32(b"expected change"), number])
+            body = bodies.draw(generator)
+            rubber = _Rubber.draw(generator, mounts or self.mounts)
+            cases = self.measured[number % len(self.measured)]
+            changes.append(_changes([case.levels(body, rubber) for case in cases], self.weights))
+        levels = np.moveaxis(np.array(changes) + (self.of_model - self.on_fewer), 1, 0)
+        return self._by_pick(levels)
 
-    mean, peak = drawn(bodies)
-    n_struck = BODIES_TO_STRIKE if information is Information.unknown else 0
-    struck = np.empty((n_struck, N_DRAWS[Information.driving_points], *mean.shape[1:]))
-    for number in range(n_struck):
-        generator = np.random.default_rng([seed, zlib.crc32(b"driving points"), number])
-        struck[number] = drawn(bodies.struck(generator))[0]
-    changes: tuple[RealArray, ...] = predicted[0], mean, predicted[1], peak, struck
-    if each.ndim > 2:  # each vehicle with its own design
-        shape = (*each.shape[:2], len(fleet.vehicles))
-        changes = tuple(
-            values.reshape(values.shape[:-2] + shape).diagonal(axis1=-2, axis2=-1)
-            for values in changes
-        )
-    return ChangeDraws(information, *changes)
+    def struck(self, step: Step, n_bodies: int) -> Iterator[_Bodies]:
+        """Draw bodies that agree with what is known, as if each was measured."""
+        for number in range(n_bodies):
+            key = [self.seed, zlib.crc32(b"driving points"), number]
+            yield self.bodies.struck(np.random.default_rng(key), step)
+
+    def _by_pick(self, changes: RealArray) -> RealArray:
+        """Return changes (..., n, v) of every vehicle with its own design, where it has one."""
+        if self.own_design is None:
+            return changes
+        shape = (*changes.shape[:-2], *self.own_design, changes.shape[-1])
+        return np.asarray(changes.reshape(shape).diagonal(axis1=-2, axis2=-1))
 
 
 def known_of_body(vehicle: Vehicle) -> Information:
@@ -365,7 +492,10 @@ def _changes(levels: Sequence[RealArray], weights: Sequence[float]) -> RealArray
 
 @dataclass(frozen=True, eq=False)
 class _Rubber:
-    """Rubber of one draw: `factor` on stiffness and `slope` over amplitude, by mount [1]."""
+    """Rubber of one draw, by mount: `factor` on the model's stiffness, `slope` over amplitude [1].
+
+    The model has the stiffness that is expected in the car; temperatures differ from there.
+    """
 
     factor: dict[str, float]
     slope: dict[str, float]
@@ -374,14 +504,31 @@ class _Rubber:
     def draw(cls, generator: np.random.Generator, mounts: Sequence[Mount]) -> _Rubber:
         """Draw a factor that is common to all mounts, and what each has for itself."""
         names = [mount.name for mount in mounts]
-        common = prior.RUBBER_TEST * generator.standard_normal()
-        factor = np.exp(common + prior.RUBBER_MOUNT * generator.standard_normal(len(names)))
+        common = generator.standard_normal()
+        spread = np.array([_spread_of_rubber(mount.rubber) for mount in mounts])
+        factor = np.exp(
+            spread * common + prior.RUBBER_MOUNT * generator.standard_normal(len(names))
+        )
         slope = log_uniform(generator, prior.SLOPE)
         slope = slope * np.exp(prior.SLOPE_SPREAD * generator.standard_normal(len(names)))
+        stated = [mount.rubber for mount in mounts]
+        if any(stated):
+            # one day: all mounts are as warm, and of rubber as strong
+            day = generator.uniform(size=2)
+            factor *= [
+                each.on_the_road * each.at(*day) / each.factor if each else 1.0 for each in stated
+            ]
         return cls(
             dict(zip(names, factor.tolist(), strict=True)),
             dict(zip(names, slope.tolist(), strict=True)),
         )
+
+
+def _spread_of_rubber(rubber: RubberInCar | None) -> float:
+    """Return the standard deviation of ln k that all mounts share, by what is known of it [1]."""
+    if rubber is None:
+        return prior.RUBBER_TEST
+    return prior.RUBBER_AGE if rubber.spread is None else rubber.spread
 
 
 @dataclass(frozen=True, eq=False)
@@ -488,6 +635,9 @@ class _Bodies:
 
     - `frequency` (f,): lines of the draws [Hz].
     - `share` (s, p): parts of the force of every spring that enter the paths, see `spring_shares`.
+    - `brackets` (f, s): what stated brackets give way at the springs [m/N].
+    - `attachments` (p,): what gives way locally at each path; nan is drawn from the prior, and 0
+      has a stated bracket of the body [m/N].
     - `lateral` (p,): paths along y. `pieces` (p,): pieces of a mount that share a path [1].
     - `receptance` (v, f, p, p): as measured, None where unknown [m/N]; `noise` (v,): relative [1].
     """
@@ -495,6 +645,8 @@ class _Bodies:
     information: Information
     frequency: RealArray
     share: RealArray
+    brackets: ComplexArray
+    attachments: RealArray
     lateral: BoolArray
     pieces: RealArray
     receptance: ComplexArray | None
@@ -510,6 +662,7 @@ class _Bodies:
     ) -> _Bodies:
         """Take what is known of a fleet's bodies on some lines."""
         paths = paths_into(mounts, fleet.vehicles[0].noise_transfer.inputs)
+        held = [m.name for m in mounts for each in m.brackets if each.side == "body"]
         receptance, noise = None, np.zeros(len(fleet.vehicles))
         if information is not Information.unknown:
             measured = [_on_lines(vehicle, list(paths), frequency) for vehicle in fleet.vehicles]
@@ -521,6 +674,10 @@ class _Bodies:
             information=information,
             frequency=frequency,
             share=spring_shares(mounts, list(paths)),
+            brackets=bracket_compliance(mounts, frequency),
+            attachments=np.array(
+                [0.0 if name.rpartition(" ")[0] in held else np.nan for name, _ in paths.values()]
+            ),
             lateral=np.array([path.endswith(" y") for path in paths]),
             pieces=np.array([len(channels) for _, channels in paths.values()], dtype=float),
             receptance=receptance,
@@ -529,30 +686,41 @@ class _Bodies:
 
     def draw(self, generator: np.random.Generator) -> ComplexArray:
         """Draw receptances at the springs, (b, f, s, s): one body for all, or one each [m/N]."""
+        springs = np.asarray(self.share @ self._paths(generator) @ self.share.T)
+        if self.brackets.any():
+            springs += self.brackets[..., np.newaxis] * np.eye(len(self.share))
+        return springs
+
+    def _paths(self, generator: np.random.Generator) -> ComplexArray:
+        """Draw receptances between the paths, (b, f, p, p) [m/N]."""
         if self.receptance is None:
-            paths = self._unknown(generator)[np.newaxis]
-        elif self.information is Information.driving_points:
+            return self._unknown(generator)[np.newaxis]
+        if self.information is Information.driving_points:
             unknown = self._unknown(generator)
-            paths = np.stack(
+            return np.stack(
                 [
                     _with_driving_points(unknown, _noisy(each, noise, generator))
                     for each, noise in zip(self._driving_points, self.noise, strict=True)
                 ]
             )
-        else:
-            # noise of a mean of two functions; both of a pair have the same
-            drawn = [
-                _noisy(each, noise / np.sqrt(2.0), generator)
-                for each, noise in zip(self.receptance, self.noise, strict=True)
-            ]
-            paths = np.stack([np.tril(y) + np.tril(y, -1).swapaxes(1, 2) for y in drawn])
-        return np.asarray(self.share @ paths @ self.share.T)
+        # noise of a mean of two functions; both of a pair have the same
+        drawn = [
+            _noisy(each, noise / np.sqrt(2.0), generator)
+            for each, noise in zip(self.receptance, self.noise, strict=True)
+        ]
+        return np.stack([np.tril(y) + np.tril(y, -1).swapaxes(1, 2) for y in drawn])
 
-    def struck(self, generator: np.random.Generator) -> _Bodies:
-        """Draw a body, and return the bodies as if its driving points were measured."""
-        body = self._unknown(generator)[np.newaxis]
-        state, noise = Information.driving_points, np.array([STRUCK_NOISE])
-        return replace(self, information=state, receptance=body, noise=noise)
+    def struck(self, generator: np.random.Generator, step: Step) -> _Bodies:
+        """Draw bodies, and return these as if they were measured."""
+        if step is Step.brackets:
+            return replace(self, attachments=self._attachments(generator))
+        bodies = self._paths(generator)
+        states = {
+            Step.driving_points: Information.driving_points,
+            Step.receptances: Information.receptances,
+        }
+        noise = np.full(len(bodies), STRUCK_NOISE)
+        return replace(self, information=states[step], receptance=bodies, noise=noise)
 
     @property
     def _driving_points(self) -> ComplexArray:
@@ -573,13 +741,19 @@ class _Bodies:
         )
         shapes = sizes[:, np.newaxis] * generator.standard_normal((n_mode, n_path))
         shapes[:, self.lateral] *= generator.uniform(*prior.LATERAL)
-        stiffness = log_uniform(generator, prior.ATTACHMENT) * np.exp(
-            prior.ATTACHMENT_SPREAD * generator.standard_normal(n_path)
-        )
+        attachments = self._attachments(generator)
         omega = 2.0 * np.pi * self.frequency[:, np.newaxis]
         answer = 1.0 / (natural**2 - omega**2 + 2j * damping * natural * omega)
         modal = (shapes.T * answer[:, np.newaxis]) @ shapes
-        return np.asarray(modal + np.diag(1.0 / (self.pieces * stiffness)))
+        return np.asarray(modal + np.diag(attachments))
+
+    def _attachments(self, generator: np.random.Generator) -> RealArray:
+        """Draw what gives way locally at each path, where it is not known, (p,) [m/N]."""
+        stiffness = log_uniform(generator, prior.ATTACHMENT) * np.exp(
+            prior.ATTACHMENT_SPREAD * generator.standard_normal(len(self.pieces))
+        )
+        drawn = 1.0 / (self.pieces * stiffness)
+        return np.where(np.isnan(self.attachments), drawn, self.attachments)
 
 
 def _with_driving_points(body: ComplexArray, measured: ComplexArray) -> ComplexArray:

@@ -16,7 +16,13 @@ from deboom.arrays import RealArray, short_repr
 from deboom.errors import DataWarning, Finding, InputError, choice, word_of
 from deboom.measurement.channels import Band, LoadCase
 from deboom.mounts.characterised_mount import ASSUMED, CharacterisedDirection, CharacterisedMount
-from deboom.mounts.mount import Mount, in_mount_axes, mean_operating_stiffness, refuse_active_mounts
+from deboom.mounts.mount import (
+    Mount,
+    bracket_softness,
+    in_mount_axes,
+    mean_operating_stiffness,
+    refuse_active_mounts,
+)
 from deboom.mounts.surface_forces import Outside, surface_forces
 from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
 from deboom.vehicles.coupled_motion import coupled_motion, refuse_reversed_channel
@@ -410,7 +416,10 @@ class Runs:
         - raises InputError: options that do not go together, or data that do not fit together.
         """
         if motion is None:
-            motion = Motion.prescribed if self.not_coupled else Motion.coupled
+            # prescribed motion would hide why these do not go with coupled motion
+            in_car = any(mount.brackets or mount.rubber for mount in self.platform.mounts)
+            coupled = in_car or not self.not_coupled
+            motion = Motion.coupled if coupled else Motion.prescribed
         motion, factor = choice(Motion, motion, "motion"), choice(Factor, factor, "factor")
         by_surface = motion is Motion.amplitude or factor is Factor.part
         if loss_factors and by_surface:
@@ -459,3 +468,8 @@ class Runs:
         """Return the mean ``|K|`` of a run in a band by variable, (k,) [N/m]; nan: not measured."""
         mounts = self.platform.mounts
         return np.concatenate([mean_operating_stiffness(mount, case, band) for mount in mounts])
+
+    def bracket_softness(self, case: LoadCase, band: Band) -> RealArray:
+        """Return mean stiffnesses over those of the brackets by variable, as `stiffness`, (k,)."""
+        mounts = self.platform.mounts
+        return np.concatenate([bracket_softness(mount, case, band) for mount in mounts])

@@ -78,7 +78,7 @@ constraints: $(READY)
 		--upgrade --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o constraints.txt
 
 clean:
-	rm -rf $(VENV) build dist docs/api docs/gallery .pytest_cache .mypy_cache .ruff_cache .coverage
+	rm -rf $(VENV) build dist docs/api docs/gallery docs/reference docs/_live .pytest_cache .mypy_cache .ruff_cache .coverage
 
 # Another PYTHON makes the environment anew; one that is too old is named first. A study needs less
 # than the tests.

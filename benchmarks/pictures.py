@@ -13,6 +13,7 @@ from html import unescape
 from pathlib import Path
 
 from deboom.bench.compressor_writer import write_operating_test
+from deboom.bench.example import DATA
 from deboom.runs.interactive_page import write_interactive_page
 from deboom.runs.runner import load_study, run_study
 from deboom.runs.supplier_sheets import supplier_sheets
@@ -24,7 +25,7 @@ sys.path.append(str(ROOT / "tests"))
 from browser_samples import Browser  # noqa: E402
 
 PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"
-PARTS = ROOT / "docs" / "guides" / "delivered_parts.csv"
+PARTS = DATA / "delivered_parts.csv"
 EXAMPLE = ROOT / "results" / "sensitivity" / "example"
 QUOTED = ROOT / "tests" / "golden" / "quoted"
 SCREEN, A4 = (1440, 900), (820, 1160)

@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
+import dataclasses
+import inspect
 import re
+import shutil
 import sys
+import tempfile
+import tomllib
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
+from numpydoc.xref import DEFAULT_LINKS
+
 import deboom
+from deboom.report import Report
+from deboom.runs.interactive_page import write_interactive_page
+from deboom.runs.runner import load_study, run_study
 
 sys.path.insert(0, str(Path(__file__).parent))
+from reference_pages import argument_types, write_reference
 from types_on_the_path import table
 
+HERE = Path(__file__).parent
 project = "deboom"
 author = "The deboom developers"
 copyright = author  # noqa: A001 (Sphinx's name)
@@ -22,6 +36,8 @@ extensions = [
     "numpydoc",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
+    "sphinx.ext.mathjax",
+    "sphinx.ext.viewcode",
     "sphinx_copybutton",
     "sphinx_gallery.gen_gallery",
 ]
@@ -32,12 +48,16 @@ templates_path = ["_templates"]
 html_theme = "pydata_sphinx_theme"
 html_title = "deboom"
 html_static_path = ["_static"]
+html_extra_path = ["_live"]
+mathjax_path = "mathjax/tex-svg.js"
+MATHJAX = files("mathjax") / "static" / "mathjax"
+"""MathJax with its licence (Apache 2.0), from the package django-static-mathjax."""
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_theme_options = {
     "navbar_end": ["theme-switcher"],
-    "show_prev_next": False,
-    "header_links_before_dropdown": 6,
+    "show_prev_next": True,
+    "header_links_before_dropdown": 8,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": [],
@@ -47,13 +67,24 @@ copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
 myst_heading_anchors = 4
-myst_enable_extensions = ["colon_fence", "deflist"]
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 
 autosummary_generate = True
 autosummary_imported_members = True
 autodoc_typehints = "none"
 autodoc_preserve_defaults = True
+default_role = "py:obj"
 numpydoc_show_class_members = False
+numpydoc_xref_param_type = True
+DEFAULT_LINKS.clear()  # glossaries of Python and numpy, of which there is no inventory here
+numpydoc_xref_aliases = {
+    "DataFrame": "pandas.DataFrame",
+    "array": "numpy.ndarray",
+    "ndarray": "numpy.ndarray",
+    "Generator": "numpy.random.Generator",
+    **{name.rpartition(".")[2]: name for name in argument_types()},
+}
+numpydoc_xref_ignore = "all"
 
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
@@ -72,7 +103,19 @@ sphinx_gallery_conf = {
     "min_reported_time": 1000,
     "plot_gallery": True,
     "capture_repr": ("_repr_html_",),
+    "backreferences_dir": "api/backreferences",
+    "doc_module": ("deboom",),
 }
+
+ADDRESSES = tomllib.loads((HERE.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+ADDRESSES = ADDRESSES.get("urls", {})
+"""Where source and issues are: a fork states its own."""
+OUTSIDE = {
+    "numpy": "https://numpy.org/doc/stable/reference/generated/{}.html",
+    "numpy.random": "https://numpy.org/doc/stable/reference/random/generator.html#{}",
+    "pandas": "https://pandas.pydata.org/docs/reference/api/{}.html",
+}
+"""Pages of other packages, by module; the build needs no network for them."""
 
 ENTRIES = dict(
     (name, label)
@@ -114,10 +157,23 @@ def link_page(app: Any, name: str, source: list[str]) -> None:
         source[0] = linked(source[0], "[{name}](#{label})")
 
 
-def write_types(_app: Any, name: str, source: list[str]) -> None:
-    """Write the table of types into the page that leads through the code."""
+def write_from_code(_app: Any, name: str, source: list[str]) -> None:
+    """Write what pages take from the code, and the addresses of source and issues."""
     if name == "from-folder-to-page":
         source[0] = source[0].replace("% types on the path", table())
+    source[0] = source[0].replace("% addresses", address_line())
+    if where := ADDRESSES.get("Source"):
+        source[0] = source[0].replace("<address of the clone>", where)
+
+
+def address_line() -> str:
+    """Say where source and issues are, or where a fork states them."""
+    if not ADDRESSES:
+        return (
+            "Source and issues are at the address that you have deboom from. A fork states its own "
+            "in `[project.urls]` of `pyproject.toml`, and this line shows it."
+        )
+    return "Addresses: " + ", ".join(f"[{name}]({url})" for name, url in ADDRESSES.items()) + "."
 
 
 def link_docstring(
@@ -127,8 +183,95 @@ def link_docstring(
     lines[:] = linked("\n".join(lines), ":ref:`{name} <{label}>`").split("\n")
 
 
+FIELD = re.compile(r"^- ((?:`\w+`(?: \([^)]*\))?(?:, )?)+)(?:, optional)?: (.*)$")
+"""First line of a field in the docstring of a class."""
+CONSTANT = re.compile(r"=([A-Z][A-Z_]+)\b")
+
+
+def list_attributes(
+    _app: Any, what: str, _name: str, value: Any, _options: Any, lines: list[str]
+) -> None:
+    """Turn the list of a dataclass's fields into the section Attributes, with their types."""
+    if what != "class" or not dataclasses.is_dataclass(value) or "Parameters" in lines:
+        return
+    kinds = {field.name: field.type for field in dataclasses.fields(value)}
+    text, fields, inside = [], [], False
+    for line in lines:
+        if match := FIELD.match(line):
+            names = re.findall(r"`(\w+)`", match[1])
+            kind = kinds.get(names[0], "")
+            fields += [f"{', '.join(names)} : {kind}", f"    {match[2]}"]
+            inside = True
+        elif inside and line.startswith("  "):
+            fields.append(f"    {line.strip()}")
+        else:
+            inside = False
+            text.append(line)
+    if fields:
+        lines[:] = [*text, "", "Attributes", "----------", *fields, ""]
+
+
+def show_values(
+    _app: Any,
+    _what: str,
+    _name: str,
+    value: Any,
+    _options: Any,
+    signature: str | None,
+    returns: Any,
+) -> tuple[str | None, Any] | None:
+    """Write the value of a constant into a signature in place of its name."""
+    called = value.__init__ if inspect.isclass(value) else value
+    names = getattr(inspect.unwrap(called), "__globals__", {}) if signature else {}
+
+    def shown(match: re.Match[str]) -> str:
+        constant = names.get(match[1])
+        return f"={constant!r}" if isinstance(constant, int | float | str | tuple) else match[0]
+
+    return (CONSTANT.sub(shown, signature), returns) if signature and names else None
+
+
+def link_outside(_app: Any, _env: Any, node: Any, content: Any) -> Any:
+    """Link a name of numpy or pandas to its page."""
+    target = node.get("reftarget", "")
+    page = OUTSIDE.get(target.rpartition(".")[0]) if node.get("refdomain") == "py" else None
+    if page is None:
+        return None
+    return nodes.reference("", "", content, refuri=page.format(target), internal=False)
+
+
+def write_live_page(path: Path) -> None:
+    """Write the page with sliders of a small front, unless it is there: it takes a minute."""
+    if path.is_file():
+        return
+    path.parent.mkdir(exist_ok=True)
+    budget = {"with_": "prescribed", "generations": 10, "population": 40, "checks": 512}
+    draw, Report.figure = Report.figure, lambda *_, **__: None  # nobody looks at its pictures
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            run = run_study(load_study("front"), Path(folder), budget)
+            write_interactive_page(run, studies=None, out=path.parent)
+    finally:
+        Report.figure = draw
+
+
+def copy_mathjax(app: Any, error: Exception | None) -> None:
+    """Put MathJax and its licence beside the site, which then needs no network."""
+    if error is None and app.builder.name == "html":
+        target = Path(app.outdir) / "_static" / "mathjax"
+        target.mkdir(parents=True, exist_ok=True)
+        for source in (MATHJAX / "es5" / "tex-svg.js", MATHJAX / "LICENSE"):
+            shutil.copyfile(str(source), target / source.name)
+
+
 def setup(app: Any) -> None:
     """Link what is cited, and write what is read from the code."""
-    app.connect("source-read", write_types)
+    write_reference(HERE / "reference")
+    write_live_page(HERE / "_live" / "interactive.html")
+    app.connect("build-finished", copy_mathjax)
+    app.connect("missing-reference", link_outside)
+    app.connect("autodoc-process-docstring", list_attributes, priority=400)
+    app.connect("autodoc-process-signature", show_values)
+    app.connect("source-read", write_from_code)
     app.connect("source-read", link_page)
     app.connect("autodoc-process-docstring", link_docstring)

@@ -6,8 +6,6 @@ A supplier's Excel table and a Gaussian process of scikit-learn take the place o
 model: whatever turns designs into responses gives a front, an index and a tolerance.
 """
 
-from pathlib import Path
-
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -19,9 +17,12 @@ from sklearn.preprocessing import MinMaxScaler
 import deboom
 
 # %%
-# Levels and slopes out of an Excel sheet: one row per vehicle, one column per factor.
+# Levels and slopes of a supplier's sheet: one row per vehicle, one column per factor.
+# ``pd.read_excel("levels.xlsx", index_col="vehicle")`` reads such a table from a file.
 
-sheet = pd.read_excel(Path("../../docs/guides/supplier_levels.xlsx"), index_col="vehicle")
+columns = ("level [dB(A)]", "TSM x [dB]", "GeM x [dB]", "EnM z [dB]")
+rows = {"wagon": (62.4, 6.5, 1.5, -2.0), "cabrio": (64.1, 4.0, 5.5, 0.5)}
+sheet = pd.DataFrame.from_dict(rows, orient="index", columns=columns)
 today, slopes = sheet.iloc[:, 0].to_numpy(), sheet.iloc[:, 1:].to_numpy()
 names = tuple(name.removesuffix(" [dB]") for name in sheet.columns[1:])
 table = deboom.ResponseFunction(

@@ -12,7 +12,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 import deboom
-from deboom.cli_bench import bench_app
+from deboom.cli_bench import bench_app, example
 from deboom.cli_measurements import characterise, library_app, orders
 from deboom.cli_results import check, evaluate, list_, listen, new, report, serve, show
 from deboom.files.shipped_studies import shipped_studies
@@ -41,7 +41,7 @@ class StudyCommand(TyperCommand):
 
 
 COMMANDS = {
-    "Start": ("new", "check", "look"),
+    "Start": ("example", "new", "check", "look"),
     "Studies": ("studies", "run", "evaluate"),
     "Measurements": ("characterise", "orders", "identify", "unbalance"),
     "Results": ("list", "show", "serve", "report", "compare", "listen", "driven"),
@@ -97,6 +97,7 @@ def add_study(name: str) -> None:
 
 app.add_typer(bench_app, name="bench")
 app.add_typer(library_app, name="library")
+app.command()(example)
 app.command()(new)
 app.command()(check)
 add_study("look")
@@ -181,4 +182,5 @@ def studies(
     from deboom.runs.runner import question_of, study_files
 
     for path in study_files(folder):
-        typer.echo(f"{path.as_posix()}\n    {question_of(path)}")
+        name = path.as_posix() if folder else path.stem
+        typer.echo(f"{name}\n    {question_of(path)}")

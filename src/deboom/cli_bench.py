@@ -112,6 +112,23 @@ MountLoss = Annotated[
 ]
 
 
+def example(folder: Folder) -> None:
+    """Write invented measurements for trying the guides.
+
+    The folder gets a platform of two cars, a campaign, a hammer test of a compressor, a mount on a
+    rig, parts of a delivery, limits of levels and a table of levels. README.txt says which command
+    takes which.
+
+    Try: deboom example example
+    """
+    from deboom.bench.example import write_example
+    from deboom.progress import progress_bar
+
+    with progress_bar("example") as progress:
+        write_example(folder, progress)
+    typer.echo(folder.as_posix())
+
+
 @bench_app.command("write")
 def write(
     folder: Folder,

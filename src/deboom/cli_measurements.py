@@ -36,7 +36,7 @@ def orders(
     """Make an operating run of a run over time, and add it to its campaign.
 
     The recording is a file of UFF, MDF, TDMS, HDF5, MATLAB or LabVIEW LVM, or a WAV file with a
-    table of its calibration. docs/guides/your-own-data.md says what each format needs.
+    table of its calibration. The guide "Your own data" says what each format needs.
 
     The tacho is repaired and gives the angle of the shaft. The dominant order of all accelerometers
     and cells becomes complex spectra over engine speed, with phases relative to the tacho, and with

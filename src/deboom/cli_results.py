@@ -214,7 +214,10 @@ def serve(
 def evaluate(
     source: Annotated[
         Path,
-        typer.Argument(metavar="PLATFORM|RUN", help="Folder with platform.toml, or of a run."),
+        typer.Argument(
+            metavar="PLATFORM|RUN",
+            help="Folder with platform.toml, u06 for the demonstration, or a run.",
+        ),
     ],
     designs: Annotated[
         Path | None,

@@ -1,17 +1,16 @@
 """The guide's way with a platform that nobody prepared: from an empty folder to the supplier."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from command_line import call
+from deboom.bench.example import fill_platform
 from deboom.supplier import numbers as supplier_numbers
 
-EXAMPLE = Path(__file__).parents[2] / "docs" / "guides" / "example_measurements.py"
 MOUNTS = ("Front", "Left", "Right", "Roll")
 VEHICLES = ("wagon-1", "wagon-2", "wagon-3")
 
@@ -26,7 +25,7 @@ def folder(tmp_path_factory):
     toml = folder / "platform.toml"
     text = re.sub("^# cylinders = 3", "# cylinders = 4", toml.read_text(), flags=re.M)
     toml.write_text(re.sub("^# dominant_order = 1.5", "# dominant_order = 2.0", text, flags=re.M))
-    subprocess.run([sys.executable, EXAMPLE, folder, "40", "120"], check=True)
+    fill_platform(folder, np.arange(40.0, 120.25, 0.5))
     return folder
 
 

@@ -54,7 +54,7 @@ def test_help_starts_without_heavy_imports():
         (("--version",), [f"deboom {deboom.__version__}"]),
         (("run",), ["own options"]),
         (("run", STUDY, "--help"), ["Which mount stiffnesses", "--seed", "--motion", "--out"]),
-        (("studies",), ["studies/front.py", "Which mount stiffnesses"]),
+        (("studies",), ["front\n", "Which mount stiffnesses"]),
     ],
 )
 def test_help_teaches(arguments, words):
@@ -271,6 +271,7 @@ def test_every_band_of_a_study_says_from_to():
 
 def test_a_new_folder_says_what_to_fill_in_first_and_the_guide(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    guides = [path.read_text(encoding="utf-8") for path in (ROOT / "docs/guides").glob("*.md")]
     for kind in FolderKind:
         done = call("new", kind.value, f"my_{kind.value}")
         assert done.stdout.strip() == f"my_{kind.value}"
@@ -278,8 +279,9 @@ def test_a_new_folder_says_what_to_fill_in_first_and_the_guide(tmp_path, monkeyp
         named = Path(first.split()[3].rstrip(","))
         assert "FILL IN" in named.read_text(encoding="utf-8")
         command = then.rpartition(", and ")[2].split()
-        assert command[-1] == named.parent.as_posix() or "mounts.db" in command
-        assert (ROOT / guide.removeprefix("guide: ")).is_file()
+        assert named.parent.as_posix() in command
+        title = guide.removeprefix("guide: ").removesuffix(", in the documentation")
+        assert f"# {title}" in {text.partition("\n")[0] for text in guides}
 
 
 QUICK = '''"""What is quick?"""

@@ -781,6 +781,6 @@ CAMPAIGN: FolderRecord = FolderRecord(
     file=CAMPAIGN_FILE,
     keys=CampaignFile,
     command="deboom characterise {} --library mounts.db",
-    guide="your-own-data",
+    guide="Your own data",
     lines=_lines,
 )

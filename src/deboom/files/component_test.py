@@ -519,6 +519,6 @@ COMPONENT: FolderRecord = FolderRecord(
     file=COMPONENT_FILE,
     keys=ComponentTestFile,
     command="deboom run component_tpa --test {}",
-    guide="component-tpa",
+    guide="Component TPA",
     lines=_lines,
 )

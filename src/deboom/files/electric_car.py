@@ -212,7 +212,7 @@ CAR: FolderRecord = FolderRecord(
     file=ELECTRIC_CAR_FILE,
     keys=ElectricCarFile,
     command="deboom run compressor_noise --car {}",
-    guide="your-own-data",
+    guide="Your own data",
     lines=_lines,
     parts={".": FolderKind.operation, "hammer": FolderKind.compressor},
 )

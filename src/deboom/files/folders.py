@@ -80,7 +80,7 @@ def first_steps(folder: Path, kind: FolderKind) -> tuple[str, ...]:
         "order",
         f"then: deboom check {where}, which names what is missing, and "
         f"{record.command.format(where)}",
-        f"guide: docs/guides/{record.guide}.md",
+        f"guide: {record.guide}, in the documentation",
     )
 
 

@@ -252,6 +252,6 @@ HAMMER: FolderRecord = FolderRecord(
     file=HAMMER_TEST_FILE,
     keys=HammerTestFile,
     command="deboom look {}",
-    guide="your-own-data",
+    guide="Your own data",
     lines=_lines,
 )

@@ -402,6 +402,6 @@ COMPRESSOR: FolderRecord = FolderRecord(
     file=INERTANCE_TEST_FILE,
     keys=InertanceTestFile,
     command="deboom identify {}",
-    guide="your-own-data",
+    guide="Your own data",
     lines=_lines,
 )

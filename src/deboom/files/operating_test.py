@@ -476,7 +476,7 @@ OPERATION: FolderRecord = FolderRecord(
     file=OPERATING_TEST_FILE,
     keys=OperatingTestFile,
     command="deboom unbalance {}",
-    guide="your-own-data",
+    guide="Your own data",
     lines=_lines,
     parts={"hammer": FolderKind.compressor},
 )

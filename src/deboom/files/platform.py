@@ -654,6 +654,11 @@ CATALOGUE_FILE = "catalogue.library.json"
 """Further parts in a platform folder, an exported mount library."""
 
 
+def platform_folder(name: str | Path) -> Path:
+    """Return the folder of a platform: of ``u06`` that of the demonstration."""
+    return DEMONSTRATION if str(name).lower() == "u06" else Path(name)
+
+
 def read_platform(folder: str | Path) -> Platform:
     """Read a platform, the shipped demonstration or a folder of your own, and check that it fits.
 
@@ -682,7 +687,7 @@ def read_platform(folder: str | Path) -> Platform:
     >>> deboom.read_platform("u06").fleet.names[:2]
     ('U06-1', 'U06-2')
     """
-    folder = DEMONSTRATION if str(folder).lower() == "u06" else Path(folder)
+    folder = platform_folder(folder)
     file = load_toml(folder / PLATFORM_FILE, PlatformFile)
     tables = read_tables(folder, file)
     return assembled(folder, file, tables, read_functions(folder, file, tables))
@@ -1094,6 +1099,6 @@ PLATFORM: FolderRecord = FolderRecord(
     kind=FolderKind.platform,
     file=PLATFORM_FILE,
     keys=PlatformFile,
-    command="deboom run front {}",
-    guide="your-own-platform",
+    command="deboom run front {} --mounts spectra",
+    guide="Your own platform",
 )

@@ -411,7 +411,7 @@ class FolderRecord:
     """A kind of folder with measurements: what makes it one, what it holds, and what takes it.
 
     - `file`: that makes it one; `keys`: of this file.
-    - `command`: that takes the folder, ``{}`` in its place; `guide`: that explains it.
+    - `command`: that takes the folder, ``{}`` in its place; `guide`: title of the guide to it.
     - `lines` or None: reads a folder, and gives name and text of each line on what it holds;
       InputError: something is missing or wrong. A platform is read in stages instead.
     - `parts`: folders inside it, and the kind of what they hold.

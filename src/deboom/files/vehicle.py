@@ -329,6 +329,6 @@ VEHICLE: FolderRecord = FolderRecord(
     file=VEHICLE_FILE,
     keys=VehicleFile,
     command="deboom run synthesis_validation --vehicle {}",
-    guide="your-own-data",
+    guide="Your own data",
     lines=_lines,
 )

@@ -21,6 +21,7 @@ from deboom.explore.search import VERIFIED
 from deboom.explore.space import DesignSpace
 from deboom.files.dakota import dakota_name, read_dakota, write_dakota
 from deboom.files.doe_table import DesignColumns, write_design_table
+from deboom.files.platform import platform_folder
 from deboom.files.shipped_studies import shipped_studies
 from deboom.files.tables import read_columns
 from deboom.pages.limits import beyond_labels
@@ -133,8 +134,9 @@ def opened_node(
     Parameters
     ----------
     source : Path
-        Folder with ``platform.toml``, which the study ``front`` takes with its defaults; or a
-        finished run of a front study, whose options, draws and limits are taken.
+        Folder with ``platform.toml``, or ``u06`` for the demonstration, which the study ``front``
+        takes with its defaults; or a finished run of a front study, whose options, draws and limits
+        are taken.
     draws, seed : int or None
         Draws of the scatter and their seed, of a platform; None: `DRAWS` and `SEED`.
     verified : bool
@@ -147,6 +149,7 @@ def opened_node(
     InputError
         Neither platform nor run; draws or a seed for a run; see `deboom.runs.rebuilt.compared_run`.
     """
+    source = platform_folder(source)
     if (source / PLATFORM_FILE).is_file():
         first, checks = SEED if seed is None else seed, VERIFIED
         options = {"platform": source, "samples": DRAWS if draws is None else draws, "seed": first}

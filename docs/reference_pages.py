@@ -20,7 +20,7 @@ from typer.main import get_command
 import deboom
 from deboom.bench import example
 from deboom.cli import COMMANDS, StudyCommand, app
-from deboom.files.folders import FILES, Names, new_folder
+from deboom.files.folders import FOLDERS, Names, new_folder
 from deboom.files.kinds import FolderKind
 from deboom.files.shipped_studies import shipped_studies
 from deboom.runs.runner import question_of, study_command, study_files
@@ -124,7 +124,7 @@ def toml_pages() -> Iterator[tuple[str, str]]:
         for kind in FolderKind:
             made = new_folder(Path(folder) / kind.value, kind, names)
             for path in sorted(made.glob("*.toml")):
-                if path.name == FILES[kind][0]:
+                if path.name == FOLDERS[kind].file:
                     about = f"`deboom new {kind.value} FOLDER` writes this file."
                     yield path.stem, f"# {path.name}\n\n{about}\n\n{key_table(path)}\n"
     shipped = shipped_studies() / "data"

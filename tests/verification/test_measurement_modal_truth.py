@@ -151,8 +151,20 @@ def test_a_mode_that_noise_made_is_left_out(seed):
     assert before[0].damping < 0.01
     after, _ = refined_poles(frf, FrfForm.RECEPTANCE, band, before)
     assert [each.frequency for each in after] == true
+    real, imaginary = np.random.default_rng(seed).normal(size=(2, *frf.values.shape))
+    noise = replace(frf, values=real + 1j * imaginary)
     with pytest.raises(InputError, match="no mode between 20 and 80 Hz stands out of the noise"):
-        refined_poles(frf, FrfForm.RECEPTANCE, band, before[:1], after)
+        refined_poles(noise, FrfForm.RECEPTANCE, band, after)
+
+
+def test_a_mode_that_leaves_the_band_in_the_fit_is_an_auxiliary_one():
+    omega, _, _ = chain()
+    frf = chain_frf(FrfForm.RECEPTANCE, np.arange(0.25, 80.01, 0.25))
+    hertz = omega / (2 * np.pi)
+    rough = [PoleCluster(each, 0.01, 0.02, 0.001, 1.0) for each in [hertz[0] + 0.2, *hertz[1:]]]
+    clusters, auxiliary = refined_poles(frf, FrfForm.RECEPTANCE, (hertz[0] + 0.1, 80.0), rough)
+    assert [each.frequency for each in clusters] == pytest.approx(hertz[1:], rel=1e-6)
+    assert [each.frequency for each in auxiliary] == pytest.approx(hertz[:1], rel=1e-6)
 
 
 def test_a_pole_that_no_mode_stands_for_is_left_out_and_of_two_poles_one():

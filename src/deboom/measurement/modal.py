@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -59,9 +59,9 @@ the variance of the noise that the one before leaves, which the first ones only 
 LARGEST_SHIFT, LARGEST_FACTOR = 2.0, 5.0
 """How far a refinement moves a pole: in angular frequency, over its decay rate, and in decay rate,
 as a factor [1]. Further off it is another mode."""
-CERTAIN = 4.0
+CERTAIN = 8.0
 """Standard deviations beyond the mean of noise from which the residues of a mode are none of the
-noise [1]. Made modes of 20 to 60 functions reach 1.0 of the mean, true ones begin at 15 of it."""
+noise [1]: a pole goes to the line of 240 where noise is largest, 3 to 5 of them out."""
 ROUNDING = 1e-6
 """Noise of exact functions over their rms [1]."""
 SAME_POLE = 1e-3
@@ -559,7 +559,7 @@ def modal_model(
     kept = tuple(clusters)
     if not kept:
         raise InputError("a modal model needs at least one mode")
-    for first, second in pairwise(kept):
+    for first, second in itertools.pairwise(kept):
         if abs(second.pole - first.pole) < SAME_POLE * abs(first.pole):
             raise InputError(
                 f"two modes share the pole at {first.frequency:.2f} Hz: keep one of them"
@@ -644,7 +644,8 @@ def refined_poles(
         The modes, increasing in frequency, with frequency [Hz] and damping ratio [1] of the fit;
         spreads and shares are those of the orders. Modes whose residues noise could have made are
         left out, and of two whose poles meet in the fit that of fewer orders. A pole that would go
-        further than `LARGEST_SHIFT` and `LARGEST_FACTOR` allow is as it was given.
+        further than `LARGEST_SHIFT` and `LARGEST_FACTOR` allow is as it was given; one that leaves
+        the band is an auxiliary one.
 
     Raises
     ------
@@ -703,22 +704,17 @@ def refined_poles(
     stays = _without_doubles(refined)
     if stays.all():
         stays = fit.strength(poles).mean(axis=0) >= 1 + CERTAIN / np.sqrt(len(measured))
-    if not stays.all():
-        modes, outside = (
-            [cluster for cluster, stay in zip(refined[part], stays[part], strict=True) if stay]
-            for part in (slice(len(clusters)), slice(len(clusters), None))
-        )
-        if not modes:
-            raise InputError(
-                f"no mode between {band[0]:g} and {band[1]:g} Hz stands out of the noise: excite "
-                "the body more, or average more"
-            )
-        return refined_poles(frf, form, band, modes, outside)
-    kept, outside = (
-        tuple(sorted(part, key=lambda cluster: cluster.frequency))
-        for part in (refined[: len(clusters)], refined[len(clusters) :])
+    inside = np.array([band[0] <= cluster.frequency <= band[1] for cluster in refined])
+    modes, outside = (
+        tuple(sorted(itertools.compress(refined, part), key=lambda cluster: cluster.frequency))
+        for part in (stays & inside, stays & ~inside)
     )
-    return kept, outside
+    if not modes:
+        raise InputError(
+            f"no mode between {band[0]:g} and {band[1]:g} Hz stands out of the noise: excite the "
+            "body more, or average more"
+        )
+    return (modes, outside) if stays.all() else refined_poles(frf, form, band, modes, outside)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -27,8 +27,12 @@ STABLE_FREQUENCY, STABLE_DAMPING = 0.01, 0.2
 """Relative changes from one order to the next up to which a pole is called stable [1]. Damping
 scatters ten times as much as frequency; twice that keeps the weak modes of a body at 3 % noise."""
 SMALLEST_ORDER = 4
-LARGEST_ORDER = 20
-"""Beyond, more poles belong to the noise than to a body below 140 Hz; judgement."""
+LARGEST_ORDER = 40
+"""Bodies with up to a mode per 3 Hz need it between 20 and 80 Hz: order 30 leaves a fifth of those
+with brackets that give way unseen, order 60 sees no more of them and makes false ones [1]."""
+SHIFT = 0.75
+"""Of the first line: how far a band is moved towards 0 Hz where it does not carry an order at its
+place. The poles just below the band stay above 0 Hz [1]."""
 WIDE_BAND, PART = 32.0, 4.0
 """Last over first frequency from which a band is divided, and of each part without its overlap: one
 polynomial over 5 to 380 Hz spends its order on the many high modes and loses the low ones [1]."""
@@ -49,11 +53,15 @@ NOISE_LINES, LEAST_NOISE = 25, 0.05
 """Lines over which the variance of the noise is averaged, 6 Hz at 0.25 Hz: noise that is relative
 to a function follows its resonances; and the share of a function's mean variance that each line has
 at least [1]."""
-NOISE_PASSES = 3
-"""Fits by maximum likelihood, each with the variance that the one before leaves."""
+FIT_TOLERANCES = (1e-3, 1e-3, 1e-8)
+"""Relative change of the sum of squares at which each fit by maximum likelihood ends [1]: each has
+the variance of the noise that the one before leaves, which the first ones only have to find."""
 LARGEST_SHIFT, LARGEST_FACTOR = 2.0, 5.0
 """How far a refinement moves a pole: in angular frequency, over its decay rate, and in decay rate,
 as a factor [1]. Further off it is another mode."""
+CERTAIN = 8.0
+"""Standard deviations beyond the mean of noise from which the residues of a mode are none of the
+noise [1]: a pole goes to the line of 240 where noise is largest, 3 to 5 of them out."""
 ROUNDING = 1e-6
 """Noise of exact functions over their rms [1]."""
 SAME_POLE = 1e-3
@@ -228,7 +236,18 @@ def pole_clusters(
             f"no pole between {low:g} and {high:g} Hz is stable over {smallest_share:.0%} of the "
             "orders: widen the band, raise the order, or measure with less noise"
         )
-    return tuple(clusters)
+    return tuple(np.array(clusters, dtype=object)[_without_doubles(clusters)])
+
+
+def _without_doubles(clusters: Sequence[PoleCluster]) -> BoolArray:
+    """Say which clusters stay, (n_cluster,): of two with one pole, that of more orders."""
+    pole, share = (np.array([getattr(c, name) for c in clusters]) for name in ("pole", "share"))
+    sequence = np.argsort(-share, kind="stable")
+    stays = np.ones(pole.size, dtype=bool)
+    for before, number in enumerate(sequence):
+        better = sequence[:before][stays[sequence[:before]]]
+        stays[number] = np.all(np.abs(pole[better] - pole[number]) >= SAME_POLE * abs(pole[number]))
+    return stays
 
 
 def auxiliary_clusters(chart: StabilisationChart) -> tuple[PoleCluster, ...]:
@@ -391,7 +410,7 @@ def poles_over_orders(
     band : (float, float)
         First and last frequency; lines outside are not used [Hz].
     largest_order : int, optional
-        Order of the polynomial; twice as many poles. Left out, as high as the band carries, 20 at
+        Order of the polynomial; twice as many poles. Left out, as high as the band carries, 40 at
         most; a band of more than five octaves is then divided into parts.
 
     Returns
@@ -418,6 +437,9 @@ def poles_over_orders(
 
     The lines below the band are unknown to the polynomial in ``z``, whose numerators are fixed by
     the band alone: the closer the band begins to its end, the lower the order that it carries.
+    Where that is too low, the band is moved towards 0 Hz first (zoom; Verboven 2002, section
+    5.3.3). Poles then lack the conjugates of the structure, whose smooth part in the band the
+    polynomial takes over but for some 0.1 % of a frequency: `refined_poles` takes that off.
 
     Examples
     --------
@@ -479,11 +501,14 @@ def _chart(
     frf: Frf, form: FrfForm, band: tuple[float, float], largest_order: int
 ) -> StabilisationChart:
     """Compute the chart of one polynomial per order."""
-    model = _ema_model(frf, form, band, largest_order)
+    unknown, total, step = _lines_of(frf, band)
+    shift = _shift(unknown, total, largest_order)
+    model = _ema_model(frf, form, band, largest_order, shift)
     model.get_poles("lscf", show_progress=False)
     # a pole that a window alone would move further than it lies has no decay left and is dropped
+    moved = frf.added_decay_rate + 2j * np.pi * shift * step
     by_order = {
-        len(poles) // 2: np.asarray(poles + frf.added_decay_rate, dtype=complex)
+        len(poles) // 2: np.asarray(poles[poles.imag > 0] + moved, dtype=complex)
         for poles in model.all_poles
         if len(poles) // 2 >= SMALLEST_ORDER
     }
@@ -534,7 +559,7 @@ def modal_model(
     kept = tuple(clusters)
     if not kept:
         raise InputError("a modal model needs at least one mode")
-    for first, second in pairwise(kept):
+    for first, second in itertools.pairwise(kept):
         if abs(second.pole - first.pole) < SAME_POLE * abs(first.pole):
             raise InputError(
                 f"two modes share the pole at {first.frequency:.2f} Hz: keep one of them"
@@ -546,16 +571,15 @@ def modal_model(
     )
     rebuilt, constants = model.get_constants(
         whose_poles=chosen,
-        f_lower=band[0],
+        f_lower=model.lower,
         f_upper=float(model.freq[-1]),
         upper_r=True,
         lower_r=True,
     )
     pairs = len(frf.outputs), len(frf.inputs)
     lines = (frf.frequency >= band[0]) & (frf.frequency <= band[1])
-    # the library holds one row per pair of output and input, on lines of its own
-    inside = np.isin(model.freq, frf.frequency[lines])
-    values = np.moveaxis(np.asarray(rebuilt).reshape(*pairs, -1), -1, 0)[inside]
+    # the library holds one row per pair of output and input, from 0 Hz to the band's end
+    values = np.moveaxis(np.asarray(rebuilt).reshape(*pairs, -1), -1, 0)[-int(lines.sum()) :]
     values = values / _between_forms(frf.frequency[lines], form, frf.added_decay_rate)
     residues = np.moveaxis(np.asarray(constants).reshape(*pairs, -1), -1, 0)[: len(kept)]
     left, singular, _ = np.linalg.svd(residues, full_matrices=False)
@@ -617,15 +641,16 @@ def refined_poles(
     Returns
     -------
     clusters, auxiliary : tuple of PoleCluster
-        The same modes, increasing in frequency, with frequency [Hz] and damping ratio [1] of the
-        fit; spreads and shares are those of the orders. A pole that would go further than
-        `LARGEST_SHIFT` and `LARGEST_FACTOR` allow is as it was given, and where two poles meet in
-        the fit, all are.
+        The modes, increasing in frequency, with frequency [Hz] and damping ratio [1] of the fit;
+        spreads and shares are those of the orders. Modes whose residues noise could have made are
+        left out, and of two whose poles meet in the fit that of fewer orders. A pole that would go
+        further than `LARGEST_SHIFT` and `LARGEST_FACTOR` allow is as it was given; one that leaves
+        the band is an auxiliary one.
 
     Raises
     ------
     InputError
-        No mode; lines and band as for `poles_over_orders`.
+        No mode, or none that stands out of the noise; lines and band as for `poles_over_orders`.
 
     Notes
     -----
@@ -635,6 +660,10 @@ def refined_poles(
     independent from line to line; σ² is what the fit before leaves of each function, averaged over
     `NOISE_LINES` lines. Residues and residuals are linear and projected out (Golub and Pereyra),
     `scipy.optimize.least_squares` moves the poles alone. It adds no mode that the orders lack.
+
+    Noise alone makes residues whose squares over their variance are 1 on average over the
+    functions. A mode stays whose mean exceeds that by `CERTAIN` standard deviations, ``1/√n`` of n
+    functions.
 
     Examples
     --------
@@ -661,25 +690,47 @@ def refined_poles(
     origin = poles = np.array([cluster.pole for cluster in given])
     smallest = ROUNDING**2 * float(np.mean(np.abs(measured) ** 2))
     fit = _PoleFit(s, form.derivative, measured, np.ones(measured.shape))
-    for _ in range(NOISE_PASSES):
+    for tolerance in FIT_TOLERANCES:
         left = np.abs(fit.deviation(poles)) ** 2
         local = uniform_filter1d(left, NOISE_LINES, axis=1, mode="nearest")
         variance = local + LEAST_NOISE * left.mean(axis=1, keepdims=True) + smallest
         fit = _PoleFit(s, form.derivative, measured, 1 / np.sqrt(variance))
-        poles, at_limit = fit.best(poles, origin)
+        poles, at_limit = fit.best(poles, origin, tolerance)
     poles = np.where(at_limit, origin, poles)
-    apart = np.abs(poles[:, np.newaxis] - poles)[~np.eye(poles.size, dtype=bool)]
-    if np.any(apart < SAME_POLE * np.abs(poles).max()):
-        return tuple(clusters), tuple(auxiliary)
     refined = [
         replace(cluster, frequency=abs(pole) / (2 * np.pi), damping=-pole.real / abs(pole))
         for cluster, pole in zip(given, poles.tolist(), strict=True)
     ]
-    kept, outside = (
-        tuple(sorted(part, key=lambda cluster: cluster.frequency))
-        for part in (refined[: len(clusters)], refined[len(clusters) :])
+    stays = _without_doubles(refined)
+    if stays.all():
+        stays = fit.strength(poles).mean(axis=0) >= 1 + CERTAIN / np.sqrt(len(measured))
+    inside = np.array([band[0] <= cluster.frequency <= band[1] for cluster in refined])
+    modes, outside = (
+        tuple(sorted(itertools.compress(refined, part), key=lambda cluster: cluster.frequency))
+        for part in (stays & inside, stays & ~inside)
     )
-    return kept, outside
+    if not modes:
+        raise InputError(
+            f"no mode between {band[0]:g} and {band[1]:g} Hz stands out of the noise: excite the "
+            "body more, or average more"
+        )
+    return (modes, outside) if stays.all() else refined_poles(frf, form, band, modes, outside)
+
+
+@dataclass(frozen=True, eq=False)
+class _Linear:
+    """Residues and residuals that fit best to given poles.
+
+    - `basis` (n_pair, 2 n_line, n): orthonormal, of what n coefficients reach.
+    - `residues` (n_pair, n_pole); `root` (n_pair, n, n): of the covariance of the coefficients for
+      unit variance of each real number.
+    - `deviation` (n_pair, 2 n_line): weighted, real parts, then imaginary parts.
+    """
+
+    basis: RealArray
+    residues: ComplexArray
+    deviation: RealArray
+    root: RealArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -697,11 +748,12 @@ class _PoleFit:
 
     def deviation(self, poles: ComplexArray) -> ComplexArray:
         """Return what the best residues and residuals leave, (n_pair, n_line)."""
-        weighted = self._projected(poles)[2]
-        real, imaginary = np.split(weighted, 2, axis=1)
+        real, imaginary = np.split(self._linear(poles).deviation, 2, axis=1)
         return np.asarray((real + 1j * imaginary) / self.weight)
 
-    def best(self, poles: ComplexArray, origin: ComplexArray) -> tuple[ComplexArray, BoolArray]:
+    def best(
+        self, poles: ComplexArray, origin: ComplexArray, tolerance: float
+    ) -> tuple[ComplexArray, BoolArray]:
         """Move poles [rad/s], begun at an origin, until the weighted deviation is least.
 
         Returns which of them stand at the limit of what may be moved, too.
@@ -712,21 +764,43 @@ class _PoleFit:
             real, imaginary = np.split(x, 2)
             return np.asarray(origin + decay * (real + 1j * imaginary))
 
+        latest: tuple[RealArray, _Linear] | None = None
+
+        def linear(x: RealArray) -> _Linear:
+            """Fit once for deviation and slope at the same poles: it takes most of the time."""
+            nonlocal latest
+            if latest is None or not np.array_equal(latest[0], x):
+                latest = x.copy(), self._linear(moved(x))
+            return latest[1]
+
         def deviation(x: RealArray) -> RealArray:
-            return self._projected(moved(x))[2].ravel()
+            return linear(x).deviation.ravel()
 
         def jacobian(x: RealArray) -> RealArray:
-            return self._slope(moved(x), np.concatenate([decay, 1j * decay]))
+            return self._slope(moved(x), linear(x), np.concatenate([decay, 1j * decay]))
 
         shift = np.repeat([1 - LARGEST_FACTOR, -LARGEST_SHIFT], poles.size)
         limits = shift, np.repeat([1 - 1 / LARGEST_FACTOR, LARGEST_SHIFT], poles.size)
         begin = np.concatenate([((poles - origin) / decay).real, ((poles - origin) / decay).imag])
-        solution = least_squares(deviation, np.clip(begin, *limits), jacobian, bounds=limits)
+        begin = np.clip(begin, *limits)
+        solution = least_squares(deviation, begin, jacobian, bounds=limits, ftol=tolerance)
         at_limit = (solution.active_mask != 0).reshape(2, -1).any(axis=0)
         return moved(solution.x), at_limit
 
-    def _projected(self, poles: ComplexArray) -> tuple[RealArray, ComplexArray, RealArray]:
-        """Fit what is linear: basis (n_pair, 2 n_line, n), residues (n_pair, n_pole), deviation."""
+    def strength(self, poles: ComplexArray) -> RealArray:
+        """Return the residues' squares over their variance, (n_pair, n_pole): 1 for noise [1]."""
+        linear = self._linear(poles)
+        both = np.stack([linear.residues.real, linear.residues.imag], axis=-1)
+        parts = np.stack([np.arange(poles.size), np.arange(poles.size) + poles.size], axis=1)
+        root = linear.root[:, parts]
+        # a line of unit variance has one half in its real and one in its imaginary part, which
+        # makes the sum over both parts of a residue 1
+        covariance = root @ np.swapaxes(root, -1, -2)
+        solved = np.linalg.solve(covariance, both[..., np.newaxis])[..., 0]
+        return np.asarray(np.sum(both * solved, axis=-1))
+
+    def _linear(self, poles: ComplexArray) -> _Linear:
+        """Fit residues and residuals, which are linear, to given poles."""
         factor, ones = self.s**self.derivative, np.ones_like(self.s)
         of_pole, of_conjugate = self._per_residue(poles)
         outside = factor * np.stack([ones, 1j * ones, 1 / self.s**2, 1j / self.s**2])
@@ -737,9 +811,10 @@ class _PoleFit:
         basis, triangle = np.linalg.qr(weight[:, :, np.newaxis] * (real.T / size))
         target = _apart(self.weight * self.measured)[:, :, np.newaxis]
         explained = basis.transpose(0, 2, 1) @ target
-        linear = np.linalg.solve(triangle, explained)[:, :, 0] / size
+        root = np.linalg.inv(triangle) / size[:, np.newaxis]
+        linear = (root @ explained)[:, :, 0]
         residues = linear[:, : poles.size] + 1j * linear[:, poles.size : 2 * poles.size]
-        return basis, residues, (target - basis @ explained)[:, :, 0]
+        return _Linear(basis, residues, (target - basis @ explained)[:, :, 0], root)
 
     def _per_residue(self, poles: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Return what a residue and its conjugate are multiplied by, (n_pole, n_line) each."""
@@ -747,23 +822,22 @@ class _PoleFit:
         pole = poles[:, np.newaxis]
         return factor / (self.s - pole), factor / (self.s - pole.conj())
 
-    def _slope(self, poles: ComplexArray, steps: ComplexArray) -> RealArray:
+    def _slope(self, poles: ComplexArray, linear: _Linear, steps: ComplexArray) -> RealArray:
         """Find the weighted deviation per step of the poles, (2 n_line n_pair, n_step).
 
         Steps are of the poles in their order, over and over. The basis turns with the poles, too:
         that part is left out (Kaufman 1975), which moves no minimum.
         """
-        basis, residues, _ = self._projected(poles)
         of_pole, of_conjugate = self._per_residue(poles)
         # d/ds_n of R_n/(s - s_n) is R_n/(s - s_n)^2
-        turned = residues[:, :, np.newaxis]
+        turned = linear.residues[:, :, np.newaxis]
         of_pole = turned * of_pole / (self.s - poles[:, np.newaxis])
         of_conjugate = turned.conj() * of_conjugate / (self.s - poles.conj()[:, np.newaxis])
         step = steps.reshape(-1, poles.size, 1)
         moved = step * of_pole[:, np.newaxis] + step.conj() * of_conjugate[:, np.newaxis]
-        flat = moved.reshape(len(residues), steps.size, -1)
+        flat = moved.reshape(len(linear.residues), steps.size, -1)
         slope = _apart(self.weight[:, np.newaxis] * flat)
-        slope = slope - (slope @ basis) @ basis.transpose(0, 2, 1)
+        slope = slope - (slope @ linear.basis) @ linear.basis.transpose(0, 2, 1)
         return np.asarray(-np.moveaxis(slope, 1, 2).reshape(-1, steps.size))
 
 
@@ -773,7 +847,7 @@ def _apart(values: ComplexArray) -> RealArray:
 
 
 def _lines_of(frf: Frf, band: tuple[float, float]) -> tuple[int, int, float]:
-    """Lines from 0 Hz to the band's begin, and to its end, and their step [Hz]; checked."""
+    """Lines from 0 Hz to the band's first line, and to its last, and their step [Hz]; checked."""
     steps = np.diff(frf.frequency)
     if not steps.size or not np.allclose(steps, steps[0], rtol=1e-6, atol=0):
         raise InputError("modal analysis needs equidistant lines: interpolating would bend modes")
@@ -792,8 +866,10 @@ def _lines_of(frf: Frf, band: tuple[float, float]) -> tuple[int, int, float]:
             f"the band {low:g}-{high:g} Hz does not lie within the lines, "
             f"{frf.frequency[0]:g}-{frf.frequency[-1]:g} Hz"
         )
-    end = int(np.searchsorted(frf.frequency, high, side="right"))
-    return round(low / step), round(frf.frequency[end - 1] / step), step
+    inside = frf.frequency[(frf.frequency >= low) & (frf.frequency <= high)]
+    if not inside.size:
+        raise InputError(f"there is no line between {low:g} and {high:g} Hz: use a wider band")
+    return round(inside[0] / step), round(inside[-1] / step), step
 
 
 def _condition(unknown: int, total: int, order: int) -> float:
@@ -805,11 +881,19 @@ def _condition(unknown: int, total: int, order: int) -> float:
     return float(np.linalg.cond(toeplitz(first)))
 
 
+def _shift(unknown: int, total: int, order: int) -> int:
+    """Return by how many lines the band is moved towards 0 Hz for a polynomial of an order."""
+    if order <= SMALLEST_ORDER or _condition(unknown, total, order) <= LARGEST_CONDITION:
+        return 0
+    return int(SHIFT * unknown)
+
+
 def _order_carried(frf: Frf, band: tuple[float, float]) -> int:
     unknown, total, _ = _lines_of(frf, band)
     largest = min(LARGEST_ORDER, (total - unknown) // 4)
     for order in range(largest, SMALLEST_ORDER, -1):
-        if _condition(unknown, total, order) <= LARGEST_CONDITION:
+        shift = _shift(unknown, total, order)
+        if _condition(unknown - shift, total - shift, order) <= LARGEST_CONDITION:
             return order
     raise InputError(
         f"the band {band[0]:g}-{band[1]:g} Hz carries no polynomial above order {SMALLEST_ORDER}: "
@@ -817,8 +901,14 @@ def _order_carried(frf: Frf, band: tuple[float, float]) -> int:
     )
 
 
-def _ema_model(frf: Frf, form: FrfForm, band: tuple[float, float], order: int) -> Any:
-    """Model of sdypy-EMA behind checks of what it takes for granted."""
+def _ema_model(
+    frf: Frf, form: FrfForm, band: tuple[float, float], order: int, shift: int = 0
+) -> Any:
+    """Model of sdypy-EMA behind checks of what it takes for granted.
+
+    Its lines begin at 0 Hz, those below the band with zeros that it does not read, and are `shift`
+    lines lower than the true ones.
+    """
     try:
         from sdypy import EMA
     except ImportError:
@@ -832,27 +922,29 @@ def _ema_model(frf: Frf, form: FrfForm, band: tuple[float, float], order: int) -
         )
     unknown, total, step = _lines_of(frf, band)
     low, high = band
-    n_lines = int(np.sum((frf.frequency >= low) & (frf.frequency <= high)))
-    if n_lines < 2 * order:
+    n_line = total - unknown + 1
+    if n_line < 2 * order:
         raise InputError(
-            f"{n_lines} lines between {low:g} and {high:g} Hz do not fix a polynomial of order "
+            f"{n_line} lines between {low:g} and {high:g} Hz do not fix a polynomial of order "
             f"{order}: use a wider band, more lines or a lower order"
         )
-    if order > SMALLEST_ORDER and _condition(unknown, total, order) > LARGEST_CONDITION:
+    condition = _condition(unknown - shift, total - shift, order)
+    if order > SMALLEST_ORDER and condition > LARGEST_CONDITION:
         raise InputError(
             f"the band {low:g}-{high:g} Hz does not carry a polynomial of order {order} in double "
             "precision: begin lower, or use a lower order"
         )
+    inside = (frf.frequency >= low) & (frf.frequency <= high)
+    values = frf.values[inside]
+    values = values * _between_forms(frf.frequency[inside], form, frf.added_decay_rate)
     # the library drops the line at its upper limit: it gets one more, which it never reads
-    end = int(np.searchsorted(frf.frequency, high, side="right"))
-    frequency = np.append(frf.frequency[:end], frf.frequency[end - 1] + step)
-    values = frf.values[:end] * _between_forms(frequency[:end], form, frf.added_decay_rate)
-    rows = np.moveaxis(values, 0, -1).reshape(-1, end)
-    rows = np.column_stack([rows, np.zeros(len(rows))])
+    frequency = step * np.arange(total - shift + 2)
+    rows = np.zeros((values[0].size, frequency.size), dtype=complex)
+    rows[:, unknown - shift : -1] = values.reshape(len(values), -1).T
     return EMA.Model(
         frf=rows,
         freq=frequency,
-        lower=low,
+        lower=float(frequency[unknown - shift]),
         upper=float(frequency[-1]),
         pol_order_high=order,
         frf_form=_FORM_NAMES[form],

@@ -43,8 +43,9 @@ BUDGET = {
     "group": (foreign_platform_samples.GROUP,),
 }
 EFFORT = {
-    "solution_box": {"GENERATIONS": 8, "SHOWN_PARTS": 512, "DRAWS": 40, "PARTS": 256},
-    "commonality": {"DRAWS": 1024, "ROUNDS": 1},
+    "deboom.studies.solution_box": {"GENERATIONS": 8, "DRAWS": 40, "PARTS": 256},
+    "deboom.pages.solution_box": {"SHOWN_PARTS": 512},
+    "deboom.studies.commonality": {"DRAWS": 1024, "ROUNDS": 1},
 }
 """What studies have no options for."""
 
@@ -77,8 +78,9 @@ def run_of(folder, tmp_path_factory):
             options["motion"] = Motion.prescribed
         out = tmp_path_factory.mktemp("results")
         with pytest.MonkeyPatch.context() as patch:
-            for constant, value in EFFORT.get(name, {}).items():
-                patch.setattr(study.module, constant, value)
+            for module, constants in EFFORT.items():
+                for constant, value in constants.items():
+                    patch.setattr(f"{module}.{constant}", value)
             return run_study(study, out, {**options, "platform": folder, "mounts": source})
 
     return run

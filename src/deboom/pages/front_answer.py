@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -241,17 +242,48 @@ def _ends(interval: Interval) -> str:
     return f"{signed(float(interval.low), 1)} to {signed(float(interval.high), 1)}"
 
 
-def expected_numbers(expected: ExpectedChange | str, vehicles: Sequence[str]) -> dict[str, float]:
-    """Return the keys of summary.json of one design: vehicles, their mean, the worst [dB]."""
+def report_expected_numbers(
+    report: Report, expected: ExpectedChange | str, vehicles: Sequence[str]
+) -> None:
+    """Say what is expected of one design: in each vehicle, on average, where it gains least."""
     if isinstance(expected, str):
-        return {}
+        return
+    report.number(
+        "expected_change_db_mean",
+        float(expected.mean.expected),
+        "dB",
+        "expected change of the mean level at the driver's ear, mean of the vehicles",
+        headline="+.1f",
+    )
     parts = {name: expected.cars.of(row) for row, name in enumerate(vehicles)}
-    numbers: dict[str, float] = {}
-    for name, part in {**parts, "mean": expected.mean, "worst": expected.worst}.items():
-        key = f"expected_change_db_{name}"
-        numbers |= {key: float(part.expected), f"{key}_low": float(part.low)}
-        numbers[f"{key}_high"] = float(part.high)
-    return numbers
+    parts["worst"] = expected.worst
+    for vehicle, part in parts.items():
+        report.number(
+            f"expected_change_db_{vehicle}",
+            float(part.expected),
+            "dB",
+            "expected change of the mean level in the vehicle; worst: in that which gains least",
+        )
+    for vehicle, part in {**parts, "mean": expected.mean}.items():
+        report.number(
+            f"expected_change_db_{vehicle}_low",
+            float(part.low),
+            "dB",
+            "lower end of the 90 % interval of this expected change",
+        )
+        report.number(
+            f"expected_change_db_{vehicle}_high",
+            float(part.high),
+            "dB",
+            "upper end of the 90 % interval of this expected change",
+        )
+
+
+def expected_numbers(expected: ExpectedChange | str, vehicles: Sequence[str]) -> dict[str, Any]:
+    """Return the numbers of `report_expected_numbers` by their keys."""
+    report = Report("")
+    report_expected_numbers(report, expected, vehicles)
+    return dict(report.summary)
 
 
 def report_expected(

@@ -18,16 +18,16 @@ from deboom.explore.front import VERIFICATION, nondominated
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Limit
 from deboom.explore.result import Front
 from deboom.explore.robust import Robust
-from deboom.pages.front import report_front
+from deboom.pages.front import front_numbers, report_front
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,
     abbreviations,
-    expected_numbers,
     expected_on_average,
     expected_sentence,
     other_changes_sentence,
     peaks_sentence,
     report_expected,
+    report_expected_numbers,
     run_up_sounds,
     spelled_out,
     vehicle_table,
@@ -90,20 +90,31 @@ def front_report(view: PlatformFront) -> Report:
     report.warn(*motion.warnings, view.front.robust.sample.warning)
     picks, best = _picks(view), view.front.pick_designs[Pick.best_mean]
     changes = view.fleet.splv_change(best)
-    report.summary["n_front"] = view.front.counts["n_front"]
     for vehicle, splv in zip(view.fleet.vehicles, changes, strict=True):
-        report.summary[f"splv_change_db_per_line_{vehicle}"] = float(splv)
-    sigma = dict(zip(picks["design"], picks["change of sigma [%]"], strict=True))
-    mean = dict(zip(picks["design"], picks["change [dB]"], strict=True))
+        report.number(
+            f"splv_change_db_per_line_{vehicle}",
+            float(splv),
+            "dB",
+            "change of the mean level of the lines in the vehicle by best-mean, in the model "
+            "without scatter",
+        )
+    expected = view.expected_of_best
     for name in view.front.picks:
-        key = re.sub(r"\W+", "_", name)
-        report.summary[f"mean_change_db_{key}"] = float(mean[name])
-        report.summary[f"sigma_change_percent_{key}"] = float(sigma[name])
-    report.summary |= expected_numbers(view.expected_of_best, view.fleet.vehicles)
+        row = picks[picks["design"] == name].iloc[0]
+        pick = re.sub(r"\W+", "_", name)
+        report.number(
+            f"mean_change_db_{pick}",
+            float(row["change [dB]"]),
+            "dB",
+            "change of the mean level by the pick over the scatter, mean of the vehicles, in the "
+            "model",
+            headline="+.1f" if name == Pick.best_mean and isinstance(expected, str) else "",
+        )
+    report_expected_numbers(report, expected, view.fleet.vehicles)
+    build = (f"{view.front.variables[column]} × {best[column]:.2f}" for column in view.telling)
+    front_numbers(report, view.fleet, ", ".join(build) or "today's mounts")
     report_expected(report, view.expected, list(view.front.picks), view.fleet.vehicles)
-    report.summary["sigma_bias_percent"] = view.front.sigma_bias_percent
-    report.summary["mean_bias_db_per_line"] = view.front.mean_bias * view.front.per_line
-    report.summary |= motion.summary | view.front.counts
+    motion.report_numbers(report)
     report.facts |= {
         "motion": motion_name(view.index),
         "design_factor": factor_name(view.index),
@@ -134,26 +145,7 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     row = picks[picks["design"] == Pick.best_mean]
     mean, sigma = row[["change [dB]", "change of sigma [%]"]].to_numpy(float)[0]
     spread = "as today" if abs(sigma) < 1.0 else f"{signed(sigma, 0)} %"
-    for column in view.telling:
-        report.tile(f"{view.front.variables[column]} × {best[column]:.2f}", "of today's stiffness")
     expected = view.expected_of_best
-    if isinstance(expected, str):
-        report.tile(
-            f"{signed(mean, 1)} dB", "in the model at the driver's ear, mean of vehicles and lines"
-        )
-    else:
-        report.tile(
-            f"{signed(float(expected.mean.expected), 1)} dB",
-            "expected at the driver's ear, mean of vehicles and lines",
-        )
-    peaks = view.fleet.peak_table(best)["change [dB]"]
-    if len(peaks):
-        report.tile(
-            f"{signed(peaks.min(), 1)} … {signed(peaks.max(), 1)} dB",
-            "at the booming peaks, in the model",
-        )
-    report.tile(f"σ {spread}", "scatter over the tolerance")
-
     report.answer(
         _verdict(view, mean),
         expected_sentence(expected, mean),
@@ -513,8 +505,15 @@ def _load_cases(report: Report, view: PlatformFront) -> None:
         dict.fromkeys(map(str, by_case.columns), 1),
         shown=by_case.rename(index=titles).reset_index(),
     )
-    report.summary["worst_load_case"] = str(worst["load case"])
-    report.summary["worst_load_case_change_db"] = float(worst[column])
+    report.number(
+        "worst_load_case", str(worst["load case"]), "", "load case in which best-mean does least"
+    )
+    report.number(
+        "worst_load_case_change_db",
+        float(worst[column]),
+        "dB",
+        "change of the mean level there, in the vehicle that gains least",
+    )
 
 
 def _per_vehicle(view: PlatformFront) -> pd.DataFrame:
@@ -568,15 +567,39 @@ def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
         "Change of mean level and of σ by the picks of both motions, predicted with each motion.",
     )
     report.table("same_designs", same)
-    report.summary |= {
-        "benefit_db": -gain,
-        "benefit_prescribed_db": -real,
-        "promised_prescribed_db": -promised,
-        "r_min": float(same["correlation [1]"].min()),
-        "slope_min": float(same["slope [1]"].min()),
-        "slope_max": float(same["slope [1]"].max()),
-        "seconds_both_searches": round(view.front.search.seconds + prescribed.search.seconds, 3),
-    }
+    report.number("benefit_db", -gain, "dB", "fall of the mean level by best-mean")
+    report.number(
+        "benefit_prescribed_db",
+        -real,
+        "dB",
+        "fall of the mean level by the best-mean of prescribed motion",
+    )
+    report.number(
+        "promised_prescribed_db",
+        -promised,
+        "dB",
+        "fall of the mean level that prescribed motion predicts for its best-mean",
+    )
+    report.number(
+        "r_min",
+        float(same["correlation [1]"].min()),
+        "1",
+        "least correlation of the changes by the same designs with both motions",
+    )
+    report.number(
+        "slope_min",
+        float(same["slope [1]"].min()),
+        "1",
+        "least slope of these changes over those with prescribed motion",
+    )
+    report.number(
+        "slope_max",
+        float(same["slope [1]"].max()),
+        "1",
+        "largest slope of these changes over those with prescribed motion",
+    )
+    seconds = view.front.search.seconds + prescribed.search.seconds
+    report.number("seconds_both_searches", round(seconds, 3), "s", "time of both searches")
 
 
 def _supplier(report: Report, view: PlatformFront) -> None:
@@ -692,7 +715,7 @@ def _search(report: Report, view: PlatformFront) -> None:
         f"Vehicles: {listed(view.fleet.vehicles)}. Load cases: {cases}. Lines: "
         f"{lines.size} between {lines[0]:g} and {lines[-1]:g} Hz, engine order "
         f"{case.order:g}. Motion: {motion_name(view.index)}; meaning of a stiffness "
-        f"factor: {motion.summary['design_factor']}.",
+        f"factor: {motion.factor}.",
         f"Design variables: {len(view.front.variables)} {factors}, each between "
         f"{space.lower.min():g} and {space.upper.max():g}. "
         f"Manufacturing scatter: ±{PERCENT * space.tolerance.max():.0f} % of the design's own "

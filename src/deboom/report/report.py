@@ -34,8 +34,6 @@ SUMMARY, PAGE = "summary.json", "report.html"
 _PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _PIXELS_PER_CSS_PIXEL = 1.5
 _CONTENTS_FROM = 4  # sections
-_KIND = re.compile(r"<.*>")
-"""Stands in a key for the name of a thing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,20 +259,6 @@ class Report:
             self.tiles.append((text, label))
         self.numbers[key] = Number(key, value, unit, label, text)
         self.summary[key] = value
-
-    def number_of_each(
-        self, key: str, values: Mapping[str, Scalar | None], unit: str, label: str
-    ) -> None:
-        """Say a number for each of several things, such as vehicles.
-
-        - `key`: with the kind of things in it, such as ``level_change_db_<vehicle>``.
-        - `values`: by what stands there in the key, such as the vehicle's name.
-        - `unit`, `label`: as in `number`; the label is of one of them.
-        - raises InputError: a key that is taken.
-        """
-        before, after = _KIND.split(key)
-        for name, value in values.items():
-            self.number(f"{before}{name}{after}", value, unit, label)
 
     def tile(self, value: str, label: str) -> None:
         """Show a number that a hurried reader takes away, such as ``−3.1 dB``, and what it is."""

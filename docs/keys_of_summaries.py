@@ -36,7 +36,8 @@ def _words(node: ast.expr) -> str:
         case ast.Constant(value=str(text)):
             return text
         case ast.JoinedStr(values=parts):
-            return "".join(_words(part) for part in parts)
+            words = [_words(part) for part in parts]
+            return "".join(words) if all(words) else ""
         case ast.FormattedValue(value=ast.Name(id=name)):
             return f"<{name}>"
     return ""
@@ -46,7 +47,7 @@ def table() -> str:
     """Write a row in Markdown per key of every page, by key."""
     modules = [*(ROOT / "src" / "deboom").rglob("*.py"), *shipped_studies().glob("*.py")]
     rows = {
-        f"| `{key}` | {unit} | {label} | `{path.stem}` |"
+        f"| `{key}` | {unit} | {label.replace('|', '&#124;')} | `{path.stem}` |"
         for path in modules
         for key, unit, label in numbers_of(path.read_text(encoding="utf-8"), path.name)
     }

@@ -140,7 +140,6 @@ def pinned_text(folder, *patterns):
     and a paragraph.
     """
     files = [folder] if folder.is_file() else sorted(folder.rglob("*"))
-    files = [path for path in files if path.name != "answer.json"]
     if patterns:
         files = [path for path in files if any(map(path.match, patterns))]
     steps = folder.parents[1] / STEPS

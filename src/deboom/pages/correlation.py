@@ -372,13 +372,13 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
         "r_group_min_from",
         float(by_group.designs.pearson_low[worst]),
         "1",
-        "lower end of its 95 % interval",
+        "lower end of the 95 % interval of r_group_min",
     )
     report.number(
         "r_group_min_to",
         float(by_group.designs.pearson_high[worst]),
         "1",
-        "upper end of its 95 % interval",
+        "upper end of the 95 % interval of r_group_min",
     )
     report.number(
         "r_group_min_means",
@@ -557,7 +557,7 @@ def _begun(study: CorrelationStudy, title: str, question: str) -> Report:
         headline="d",
     )
     report.number("n_designs", len(doe), "", "designs evaluated")
-    report.number("n_failed", doe.n_failed, "", "designs of them that could not be computed")
+    report.number("n_failed", doe.n_failed, "", "designs that could not be computed")
     report.number(
         "r_vehicle_min",
         float(study.by_vehicle.designs.among(study.names).min()),

@@ -62,7 +62,7 @@ def front_numbers(report: Report, fleet: FleetFront, build: str) -> None:
             f"sigma_change_percent_{pick}",
             PERCENT * (ratio - 1.0),
             "%",
-            "change of the scatter σ of the mean level by the pick",
+            f"change of the scatter σ of the mean level by {name}",
             headline="+.0f" if name == Pick.best_mean else "",
         )
     report.number(
@@ -80,7 +80,7 @@ def front_numbers(report: Report, fleet: FleetFront, build: str) -> None:
     search = front.search
     report.number("n_front", len(search.front), "", "designs on the front of the search")
     report.number("n_evaluated", search.n_evaluated, "", "designs that the search evaluated")
-    report.number("n_failed", search.n_failed, "", "designs of them that could not be computed")
+    report.number("n_failed", search.n_failed, "", "designs that could not be computed")
     report.number("seconds_search", round(search.seconds, 3), "s", "time of the search")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -269,21 +268,14 @@ def report_expected_numbers(
             f"expected_change_db_{vehicle}_low",
             float(part.low),
             "dB",
-            "lower end of the 90 % interval of this expected change",
+            "lower end of the 90 % interval of the vehicle's expected change",
         )
         report.number(
             f"expected_change_db_{vehicle}_high",
             float(part.high),
             "dB",
-            "upper end of the 90 % interval of this expected change",
+            "upper end of the 90 % interval of the vehicle's expected change",
         )
-
-
-def expected_numbers(expected: ExpectedChange | str, vehicles: Sequence[str]) -> dict[str, Any]:
-    """Return the numbers of `report_expected_numbers` by their keys."""
-    report = Report("")
-    report_expected_numbers(report, expected, vehicles)
-    return dict(report.summary)
 
 
 def report_expected(

@@ -694,18 +694,22 @@ def free_body_report(
     report = Report(
         f"Free body: {test.name}", "Which mass, centre of gravity and inertia has this body?"
     )
-    report.tile(f"{free.body.mass:.3f} ± {free.deviation[0]:.2g} kg", "mass, 1 σ")
-    low, high = free.band
-    report.tile(f"{low:g}–{high:g} Hz", "lines of the fit")
     report.assume(*test.assumed)
     if test.weighed_mass is None:
         report.warn("Not weighed: a gain that all channels share looks like mass. Weigh it.")
-    report.summary |= {
-        "mass_kg": free.body.mass,
-        "mass_deviation_kg": float(free.deviation[0]),
-        "misfit": free.misfit,
-        "n_alarms": 0,
-    }
+    report.number("mass_kg", free.body.mass, "kg", "mass", headline=".3f")
+    report.number(
+        "mass_deviation_kg",
+        float(free.deviation[0]),
+        "kg",
+        "standard deviation of the mass",
+        headline=".2g",
+    )
+    low, high = free.band
+    report.number("fit_from_hz", low, "Hz", "first line of the fit", headline="g")
+    report.number("fit_to_hz", high, "Hz", "last line of the fit", headline="g")
+    report.number("misfit", free.misfit, "1", "residuals over their noise")
+    report.number("n_alarms", 0, "", "alarms: reasons not to rely on the result")
     report.inputs += test.input_files
     table = free.table
     if truth is not None:

@@ -512,7 +512,7 @@ def _load_cases(report: Report, view: PlatformFront) -> None:
         "worst_load_case_change_db",
         float(worst[column]),
         "dB",
-        "change of the mean level there, in the vehicle that gains least",
+        "change of the mean level in worst_load_case, in the vehicle that gains least",
     )
 
 
@@ -590,13 +590,13 @@ def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
         "slope_min",
         float(same["slope [1]"].min()),
         "1",
-        "least slope of these changes over those with prescribed motion",
+        "least slope of changes by the same designs over those with prescribed motion",
     )
     report.number(
         "slope_max",
         float(same["slope [1]"].max()),
         "1",
-        "largest slope of these changes over those with prescribed motion",
+        "largest slope of changes by the same designs over those with prescribed motion",
     )
     seconds = view.front.search.seconds + prescribed.search.seconds
     report.number("seconds_both_searches", round(seconds, 3), "s", "time of both searches")

@@ -68,12 +68,20 @@ def unbalance_report(
     report.number(
         "u_stat_g_mm", 1e6 * abs(static.value), "g mm", "static unbalance", headline=".2f"
     )
-    report.number("u_stat_deviation_g_mm", 1e6 * static.deviation, "g mm", "its standard deviation")
+    report.number(
+        "u_stat_deviation_g_mm",
+        1e6 * static.deviation,
+        "g mm",
+        "standard deviation of the static unbalance",
+    )
     report.number(
         "u_dyn_g_mm2", 1e9 * abs(dynamic.value), "g mm²", "dynamic unbalance", headline=".0f"
     )
     report.number(
-        "u_dyn_deviation_g_mm2", 1e9 * dynamic.deviation, "g mm²", "its standard deviation"
+        "u_dyn_deviation_g_mm2",
+        1e9 * dynamic.deviation,
+        "g mm²",
+        "standard deviation of the dynamic unbalance",
     )
     report.number("route", chosen.route.letter, "", "route of identification that counts")
     report.number(

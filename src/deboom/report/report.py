@@ -12,6 +12,7 @@ from importlib.resources import files
 from itertools import groupby
 from math import isfinite
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -136,8 +137,8 @@ class Report:
 
     Attributes
     ----------
-    summary : dict of str to float, int or str
-        Headline numbers of ``summary.json``.
+    numbers : dict of str to Number
+        Numbers of ``summary.json`` by their key.
     facts : dict of str to float, int or str
         What the study settled beside its options, for ``run.json`` and the foot of the page.
     inputs : list of Path
@@ -158,7 +159,6 @@ class Report:
     def __init__(self, title: str, question: str = "") -> None:
         self.title = title
         self.question = question
-        self.tiles: list[tuple[str, str]] = []
         self.verdict = ""
         self.remarks: list[str] = []
         self.panels: list[Panel] = []
@@ -170,21 +170,24 @@ class Report:
         self.documents: dict[str, Mapping[str, Any]] = {}
         self.attachments: dict[str, bytes] = {}
         self.numbers: dict[str, Number] = {}
-        self.summary: dict[str, Any] = {}
         self.facts: dict[str, Scalar] = {}
         self.inputs: list[Path] = []
 
     @property
+    def summary(self) -> Mapping[str, Scalar | None]:
+        """Content of ``summary.json``: key → value, to be read only."""
+        return MappingProxyType({key: number.value for key, number in self.numbers.items()})
+
+    @property
     def headlines(self) -> dict[str, str]:
         """Numbers that lists of runs show: meaning → number with its unit."""
-        return {label: value for value, label in self.tiles}
+        return {
+            number.label: number.headline for number in self.numbers.values() if number.headline
+        }
 
     @property
     def first_screen(self) -> Answer:
         """The answer as data, without sounds and pictures."""
-        numbers = list(self.numbers.values())
-        labels = {number.label for number in numbers}
-        numbers += [Number("", None, "", lb, text) for text, lb in self.tiles if lb not in labels]
         panels: dict[str, tuple[str | Step | AnswerTable, ...]] = {}
         for panel in self.panels:
             blocks = (_as_data(block) for block in panel.blocks)
@@ -195,7 +198,7 @@ class Report:
             verdict=self.verdict,
             remarks=tuple(self.remarks),
             warnings=tuple(self.warnings),
-            numbers=tuple(numbers),
+            numbers=tuple(self.numbers.values()),
             panels={title: blocks for title, blocks in panels.items() if blocks},
         )
 
@@ -256,16 +259,10 @@ class Report:
         text = _headline(value, unit, headline) if headline else ""
         if text:
             self._free(label, self.headlines)
-            self.tiles.append((text, label))
         self.numbers[key] = Number(key, value, unit, label, text)
-        self.summary[key] = value
-
-    def tile(self, value: str, label: str) -> None:
-        """Show a number that a hurried reader takes away, such as ``−3.1 dB``, and what it is."""
-        self.tiles.append((value, label))
 
     def answer(self, verdict: str, *remarks: str) -> None:
-        """Begin the first screen with its verdict; the page then shows it in place of the tiles.
+        """Begin the first screen with its verdict, which says on the page what headlines say.
 
         Parameters
         ----------
@@ -441,7 +438,7 @@ class Report:
         leading: bool = False,
         folded: bool = False,
     ) -> None:
-        """Add another report as a part of this one; its tiles are left out.
+        """Add another report as a part of this one; its numbers are no headlines.
 
         - `title`: stands before the title of each of its sections.
         - `leading`: of its sections only those that lead; its first screen becomes this report's,
@@ -467,7 +464,6 @@ class Report:
             (self.pictures, part.pictures),
             (self.documents, part.documents),
             (self.attachments, part.attachments),
-            (self.summary, part.summary),
         )
         for mine, theirs in kinds:
             for name, value in theirs.items():
@@ -495,11 +491,7 @@ class Report:
         contents = dict(table_file(stem, frame) for stem, frame in self.tables.items())
         contents |= {f"{s}.json": json_text(c).encode() for s, c in self.documents.items()}
         contents |= self.attachments
-        summary = {
-            key: None if isinstance(value, float | np.floating) and not isfinite(value) else value
-            for key, value in self.summary.items()
-        }
-        contents[SUMMARY] = json_text(summary).encode()
+        contents[SUMMARY] = json_text(dict(self.summary)).encode()
         contents[ANSWER] = json_text(asdict(self.first_screen)).encode()
         return contents
 

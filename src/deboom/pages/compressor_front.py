@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -23,8 +23,10 @@ from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,
     expected_sentence,
     mean_levels,
+    part_table,
     peaks_sentence,
-    run_up_sounds,
+    price_table,
+    report_loudest_sound,
     vehicle_table,
     weights_sentence,
 )
@@ -280,34 +282,24 @@ def _answer(report: Report, view: MountFront, run: str) -> None:
         "change of the one that gains least.",
         wide=True,
     )
-    decimals = {"of today's [1]": 2, "build [N/mm]": 1, "today [N/mm]": 1, "alone [dB]": 1}
     report.panel(
         "Mounts to change",
-        Table(_mounts_to_change(view), "", decimals | {"share of the variance [%]": 0}),
+        _mounts_to_change(view),
         f"Tolerance ±{PERCENT * view.tolerance:.0f} %, places ±{view.place_tolerance:g} mm.",
         wide=True,
     )
     designs = np.stack([view.front.robust.space.nominal, best])
     modes, travel = view.model.statics.modes(designs), view.model.statics(designs)[:, 0]
     limit = travel_limit(view.model, view.front.robust.space, view.allowed_travel)
-    price = pd.DataFrame(
-        {
-            "number": ["travel under 1 g [mm]", "lowest mode [Hz]", "highest mode [Hz]"],
-            "today": [travel[0], modes[0, 0], modes[0, -1]],
-            "after": [travel[1], modes[1, 0], modes[1, -1]],
-            "allowed": [f"≤ {limit.at_most:.2f}", "–", "–"],
-        }
+    price = price_table(
+        ["travel under 1 g [mm]", "lowest mode [Hz]", "highest mode [Hz]"],
+        today=[travel[0], modes[0, 0], modes[0, -1]],
+        after=[travel[1], modes[1, 0], modes[1, -1]],
+        allowed=[f"≤ {limit.at_most:.2f}", "–", "–"],
+        decimals=2,
     )
-    report.panel("What it costs", Table(price, "", {"today": 2, "after": 2}))
-    row = int(np.argmax(fleet.levels(designs[0]).max(axis=1)))
-    sounds, scale = run_up_sounds(
-        view.index.pressure(designs)[:, row], fleet.frequency, ("today", "after")
-    )
-    report.panel(
-        f"Hear {fleet.vehicles[row]}, the loudest today",
-        *sounds,
-        f"Run-up of the model, first order; full scale {scale:.2g} Pa in both. Use headphones.",
-    )
+    report.panel("What it costs", price)
+    report_loudest_sound(report, fleet, best, view.index.pressure, "first order")
     report.panel(
         "What to do next",
         Step("deboom run compressor_front --cars FOLDER", "the same with measured cars"),
@@ -370,22 +362,22 @@ def _louder_peak(view: MountFront, before: RealArray) -> str:
     return f"The quietest design without a louder peak is none-louder, {signed(change, 1)} dB. "
 
 
-def _mounts_to_change(view: MountFront) -> pd.DataFrame:
+def _mounts_to_change(view: MountFront) -> Table:
     """Tabulate each stiffness today and as chosen, what it brings alone, and its share."""
     best, nominal = view.best, view.front.robust.space.nominal
     today, build = _todays_and_new_stiffness(view)
     alone = np.where(np.eye(len(best), dtype=bool)[view.chosen], best, nominal)
     gains = view.fleet.mean(view.fleet.mean_levels(alone) - view.fleet.todays_levels)
-    return pd.DataFrame(
-        {
-            "stiffness": list(view.names),
-            "of today's [1]": build / today,
-            "build [N/mm]": build,
-            "today [N/mm]": today,
-            "alone [dB]": gains,
-            "share of the variance [%]": PERCENT * view.importance,
-        }
+    variance = "share of the variance [%]"
+    table = part_table(
+        view.names,
+        share=build / today,
+        today=today,
+        alone=gains,
+        decimals=1,
+        beside={variance: PERCENT * view.importance},
     )
+    return replace(table, decimals={**table.decimals, variance: 0})
 
 
 def _choice(report: Report, view: MountFront) -> None:

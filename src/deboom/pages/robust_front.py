@@ -25,10 +25,12 @@ from deboom.pages.front_answer import (
     expected_on_average,
     expected_sentence,
     other_changes_sentence,
+    part_table,
     peaks_sentence,
+    price_table,
     report_expected,
     report_expected_numbers,
-    run_up_sounds,
+    report_loudest_sound,
     spelled_out,
     vehicle_table,
     weights_sentence,
@@ -175,16 +177,12 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     )
     report.panel(
         "Parts to change",
-        Table(
-            _parts_table(view),
-            "",
-            {"of today's [1]": 2, "build [N/mm]": 0, "today [N/mm]": 0, "alone [dB]": 1},
-        ),
+        _parts_table(view),
         *_about_parts(view),
         wide=True,
     )
     report.panel("What it costs", *_price_blocks(view))
-    _sound(report, view)
+    report_loudest_sound(report, view.fleet, view.best, view.index.pressure, view.load_case.title)
     report.panel(
         "What to do next",
         Step(f"deboom listen {view.run}", "hear every vehicle, as WAV"),
@@ -234,7 +232,7 @@ def _moves(view: PlatformFront) -> str:
     return f"{words[0].upper()}{words[1:]} of today's"
 
 
-def _parts_table(view: PlatformFront) -> pd.DataFrame:
+def _parts_table(view: PlatformFront) -> Table:
     """Tabulate the directions that are to change, those that bring most first."""
     needs = view.freedom.needs
     wanted = [column for column, need in enumerate(needs) if need is Need.wanted]
@@ -246,15 +244,15 @@ def _parts_table(view: PlatformFront) -> pd.DataFrame:
         np.full(len(view.best) - len(view.nominal_stiffness), np.nan),
     )
     mounts = view.platform.mounts
-    return pd.DataFrame(
-        {
-            "part": [spelled_out(view.front.variables[column], mounts) for column in columns],
-            "of today's [1]": view.best[columns],
-            "build [N/mm]": view.best[columns] * nominal[columns],
-            "today [N/mm]": nominal[columns],
-            "alone [dB]": [mean_alone[column] for column in columns],
-            "alone, where most": [_most(alone[column], view.fleet.vehicles) for column in columns],
-        }
+    return part_table(
+        [spelled_out(view.front.variables[column], mounts) for column in columns],
+        share=view.best[columns],
+        today=nominal[columns],
+        alone=np.array([mean_alone[column] for column in columns]),
+        decimals=0,
+        beside={
+            "alone, where most": [_most(alone[column], view.fleet.vehicles) for column in columns]
+        },
     )
 
 
@@ -295,12 +293,11 @@ def _price_blocks(view: PlatformFront) -> list[str | Table]:
     """Show sag and travel beside what is allowed, and say where the modes go."""
     if isinstance(view.price, str):
         return [f"Sag, travel and modes are not known: {view.price}."]
-    rows = view.price[["number", "today's", Pick.best_mean]].rename(
-        columns={"today's": "today", Pick.best_mean: "after"}
+    rows = view.price[["number", "today's", Pick.best_mean]].set_axis(
+        ["number", "today", "after"], axis=1
     )
     modes = rows["number"].str.startswith("mode ")
-    carried = rows[~modes].assign(allowed="–")
-    blocks: list[str | Table] = []
+    costs = rows[~modes].assign(allowed="–")
     limits = view.front.robust.limits.of_designs.limits
     if limits:
         designs = np.stack([view.front.robust.space.nominal, view.best])
@@ -313,11 +310,18 @@ def _price_blocks(view: PlatformFront) -> list[str | Table]:
                 "allowed": [_allowed(limit) for limit in limits],
             }
         )
-        carried = pd.concat([limited, carried[~carried["number"].isin(limited["number"])]])
-    else:
-        carried = carried.drop(columns="allowed")
-    if len(carried):
-        blocks.append(Table(carried, "", {"today": 1, "after": 1}))
+        costs = pd.concat([limited, costs[~costs["number"].isin(limited["number"])]])
+    blocks: list[str | Table] = []
+    if len(costs):
+        blocks.append(
+            price_table(
+                costs["number"],
+                today=costs["today"],
+                after=costs["after"],
+                allowed=costs["allowed"] if limits else None,
+                decimals=1,
+            )
+        )
     ends = rows[modes][["today", "after"]].to_numpy(float)
     no_limits = " No limits were stated: --limits FILE."
     if ends.size:
@@ -336,21 +340,6 @@ def _allowed(limit: Limit) -> str:
     if np.isinf(float(limit.at_most)):
         return f"≥ {limit.at_least:g}".replace("-", "−")
     return f"{limit.at_least:g} to {limit.at_most:g}".replace("-", "−")
-
-
-def _sound(report: Report, view: PlatformFront) -> None:
-    """Let the reader hear the vehicle with the loudest peak today, before and after."""
-    both = np.stack([view.front.robust.space.nominal, view.best])
-    levels = view.fleet.levels(both[0])
-    loudest = int(levels.max(axis=1).argmax())
-    pressure = view.index.pressure(both)[:, loudest]
-    sounds, scale = run_up_sounds(pressure, view.fleet.frequency, ("today", "after"))
-    report.panel(
-        f"Hear {view.fleet.vehicles[loudest]}, the loudest today",
-        *sounds,
-        f"Run-up of the model, {view.load_case.title}; full scale {scale:.2g} Pa in both. Use "
-        "headphones.",
-    )
 
 
 def _conflict(report: Report, view: PlatformFront) -> None:

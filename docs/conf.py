@@ -22,6 +22,7 @@ from deboom.runs.interactive_page import write_interactive_page
 from deboom.runs.runner import load_study, run_study
 
 sys.path.insert(0, str(Path(__file__).parent))
+from keys_of_summaries import table as keys_of_summaries
 from reference_pages import argument_types, write_reference
 from types_on_the_path import table
 
@@ -161,6 +162,8 @@ def write_from_code(_app: Any, name: str, source: list[str]) -> None:
     """Write what pages take from the code, and the addresses of source and issues."""
     if name == "from-folder-to-page":
         source[0] = source[0].replace("% types on the path", table())
+    if name == "summary-keys":
+        source[0] = source[0].replace("% keys of summaries", keys_of_summaries())
     source[0] = source[0].replace("% addresses", address_line())
     if where := ADDRESSES.get("Source"):
         source[0] = source[0].replace("<address of the clone>", where)

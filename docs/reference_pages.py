@@ -109,7 +109,7 @@ def command_pages() -> Iterator[tuple[str, str]]:
 
 
 def study_pages() -> Iterator[tuple[str, str]]:
-    """Give the name and the page of each study: question, then help with keys and all options."""
+    """Give the name and the page of each study: question, then help with all options."""
     for path in study_files(shipped_studies()):
         command = get_command(study_command(path, every_option=True))
         typed = path.stem if path.stem in get_command(app).commands else f"run {path.stem}"

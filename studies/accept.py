@@ -12,10 +12,7 @@ the box was computed, predicts the levels of the cars that get these parts.
 Results: pass, fail or undecided for every part and batch, with the reason; Cp and Cpk per axis with
 their lower bounds, compared with the demanded Cpk; the levels of the cars with mounts of the batch;
 tables, figures and report.html. supplier.html has the verdicts and the rules, and nothing about the
-vehicles. Keys of summary.json: n_parts, n_passed, n_failed, n_undecided; n_batches,
-n_batches_passed, n_batches_failed; cpk_at_least_smallest (95 % confidence),
-pieces_inside_at_least_smallest (share of a batch inside the box, lower end),
-cars_within_limit_smallest, share_stated. The last line of the output is the run folder.
+vehicles. The last line of the output is the run folder.
 
 Try: deboom report RUN --supplier --box BOX, fill in the workbook, then deboom accept BOX WORKBOOK
 """

@@ -6,15 +6,6 @@ vehicle keeps its limit. The limit is --allowed dB per line above the level with
 comes from a table. Levels include the energy that scatter adds to each line, so a notch that real
 parts do not have counts for nothing. The study first tries one set per group. Then an integer
 program chooses which vehicles share a part, and gradients improve the stiffness of each part.
-
-Keys of summary.json: part_numbers_min, part_numbers_lower_bound (fewer are impossible),
-part_numbers_own (nothing shared); price_db, price_worst_db, price_worst_vehicle (level above
-mounts of its own, mean over the vehicles and worst); one_set_price_worst_db (one set for all);
-group_sets_part_numbers, group_sets_price_worst_db (one set per group);
-change_db_per_line_mean (against today's mounts); expected_change_db_<vehicle>,
-expected_change_db_mean, expected_change_db_worst, the same with _low and _high (shared mounts in
-cars as they are, 90 %); share_verified_min (of the cars of a vehicle
-within its limit); surface_difference_at_peaks_db (library against spectra).
 """
 
 from __future__ import annotations

@@ -4,12 +4,6 @@ The model of the runs evaluates all fronts with the same draws. If the runs have
 each model gives a verdict. Runs that differ only in their seed show the influence of chance; three
 or more seeds of each configuration give a clear verdict. Runs of different platforms, and run
 folders with edited files, are refused.
-
-Keys of summary.json: n_runs, n_configurations, n_pairs, n_real, n_within_noise, n_not_decided,
-n_equal; first, second (the first pair), verdict, hypervolume_difference_percent, noise_percent,
-level_difference (of that pair); hypervolume_percent_<configuration>. For runs of different models
-these keys begin with judge_1_, judge_2_ and so on, verdict is the verdict over all models, and
-n_judges is their number.
 """
 
 from __future__ import annotations

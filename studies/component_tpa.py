@@ -5,18 +5,6 @@ receiver. They are validated with sensors that the inversion left out, with hits
 at the ears. Then the free source is joined to the functions and mounts of another receiver, to
 predict its sound there. Without --test a virtual drive unit is measured and compared with its
 truth. docs/validation.md has the errors of many virtual units.
-
-Keys of summary.json: completeness (of the interface, median over the lines, 1 is complete),
-condition_number (of the inversion, median), hits_chi_squared and run_chi_squared (what loads at the
-interface leave of all sensors' response over its stated noise, per degree of freedom, under hits on
-the source and largest of the runs; 1 is complete), trusted_lines_percent (on which intervals of
-forces hold; none where these show an incomplete interface), on_board_db (largest over runs and
-left-out sensors, predicted over measured), on_board_coherence (least of the runs, median over the
-lines), sound_db (largest over runs and ears, predicted over measured), loudest (point that brings
-most to the first ear in the first run), receiver_sound_db (as sound_db, on the other receiver),
-blocked_error_percent (largest of the runs, lines on which noise hides no load),
-blocked_coverage_percent and sound_coverage_percent (of the 90 % intervals), where the truth is
-known; n_doubts, seconds.
 """
 
 from __future__ import annotations

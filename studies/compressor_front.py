@@ -10,14 +10,6 @@ the model with their exact solution.
 Result with seed 1: radial stiffness matters most. 40 % less of it lowers the mean level by 3 dB and
 sigma by 15 %, with 1.2 times the travel, but raises the peak at 24 Hz by 3 to 5 dB in every car.
 Softer mounts mostly isolate better, so limit and bounds decide.
-
-Keys of summary.json, best-mean against today, over scatter: level_change_db_<car>, mean_change_db
-(of cars, of all lines); heard_change_db_<car>, mean_heard_change_db (of what is heard, as the first
-table has it); largest_rise_db (of a peak, without scatter),
-sigma_change_percent_best_mean|best_sigma; leading_stiffness (largest mean Sobol index,
-leading_total_index); travel_ratio, travel_limit_reached, at_bound (variables there);
-exact_mean_change_db (virtual cars only, without scatter); sigma_bias_percent, mean_bias_db (search
-- verification); n_front, n_evaluated, n_failed, n_beyond_limits, seconds_search.
 """
 
 from __future__ import annotations

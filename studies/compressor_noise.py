@@ -6,16 +6,6 @@ into sound. The study adds the motion of the body, single mounts with their unce
 beams with six loads at each end, and bands. Without --car it measures a car of the shipped fleet in
 a virtual laboratory, and compares the result with the microphone of that laboratory.
 docs/validation.md has the errors of many cars and laboratories.
-
-Keys of summary.json, levels [dB]. At measured peaks, synthesised against measured:
-spl_peak_deviation_db (largest, soft hoses, outside 25–35 Hz), …_25_35 (there), …_with_hoses
-(standard hoses modelled, 90–140 Hz), …_by_mounts (hoses left out, there), each with …_median;
-n_peaks_without_partner. Lines at 90–140 Hz with standard hoses:
-spl_90_140_p90_db_with_hoses|by_mounts. measured_gain_db_90_140 (standard against soft hoses,
-median), measured_gain_error_db_90_140 (largest, of the synthesis). lines_in_band_percent (louder
-lines within the 90 % band), common_band_db and line_band_db (largest of the sweeps: by how much all
-lines may lie off together, and each besides, ± at 90 %), identical_mounts, n_alarms, seconds (from
-files to result, one processor). Without a peak its keys are missing.
 """
 
 from __future__ import annotations

@@ -9,13 +9,6 @@ group, one vehicle is compared with all others.
 On the virtual platform the three groups correlate above 0.97. U06-1 to U06-4 correlate above 0.99
 and form a family; U06-5, with its battery, correlates with them by 0.4 to 0.5 only. This fleet was
 selected to show the effect; docs/validation.md says how many of 300 random fleets show it.
-
-Keys of summary.json: n_designs, n_failed, n_families; r_vehicle_min (least Pearson correlation of
-two vehicles over the designs). Of several groups: r_group_min, r_group_min_from, r_group_min_to
-(least correlation of two groups, 95 % interval), r_group_min_means, r_group_min_tolerance (of means
-and of scatter). Of one group: apart (the vehicle that is compared with the others); r_<others>_min,
-r_<apart>_mean over the designs, such as r_u06_1_4_min and r_u06_5_mean, and with _means and
-_tolerance for means and scatter; surface_difference_at_peaks_db (library against spectra).
 """
 
 from __future__ import annotations

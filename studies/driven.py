@@ -4,13 +4,6 @@ FOLDER has one table per drive (csv, xlsx or mat): today*.csv with today's parts
 new parts. The columns are frequency [Hz] and, for each vehicle, <vehicle> real [Pa] and <vehicle>
 imag [Pa]: the complex peak amplitude of the order at the driver's ear, in the first load case of
 the run. Two or more drives of a state show how certain the measured change is.
-
-Keys of summary.json: n_as_expected (vehicles whose mean level changed as expected);
-measured_mean_change_db (of the mean level, mean of the vehicles); expected_change_db_<vehicle>,
-expected_change_db_mean, expected_change_db_worst, the same with _low and _high (90 %); n_peaks
-(booming peaks that were measured with today's parts), n_as_predicted, n_not_decided (all peaks if
-each state has a single drive, else 0); measured_change_db, predicted_change_db (means over the
-peaks, predicted by the model).
 """
 
 from __future__ import annotations

@@ -15,18 +15,6 @@ prescribed: what does a search with the measured motion promise, which runs firs
 the search begins with? none: nothing further. The pages of the studies correlation and sensitivity
 show more.
 
-Keys of summary.json: mean_change_db_<pick>, sigma_change_percent_<pick>;
-expected_change_db_<vehicle>, expected_change_db_mean, expected_change_db_worst, the same with _low
-and _high (best-mean in cars as they are, 90 %); splv_change_db_per_line_<vehicle> (best-mean in the
-model, no scatter); benefit_db, benefit_prescribed_db (fall
-of the mean level by the optimum of each motion), promised_prescribed_db (as prescribed motion sees
-it); r_min, slope_min, slope_max (coupled over prescribed change of the same designs);
-worst_load_case, worst_load_case_change_db; sigma_bias_percent, mean_bias_db_per_line (search -
-verification); surface_difference_at_peaks_db; design_factor; held_*_share (beyond data); n_front,
-n_evaluated, n_failed, n_beyond_limits; seconds_search, seconds_both_searches. Keys of the further
-questions are those of correlation and sensitivity, with sensitivity_, correlation_ or, for the
-vehicles that are searched for, correlation_within_group_ before them.
-
 Result of the demonstration with seed 1: -3.1 to -3.6 dB per line in U06-1 to U06-4, and -2.0 in
 U06-5. The thesis's figure 47 differs in two points: its fifth vehicle hardly changes, and its
 fourth vehicle loses its peak at 37 Hz. Here each of today's peaks falls by 3.4 to 4.8 dB and

@@ -27,13 +27,6 @@ Such a test can identify only 35 combinations of the thesis's 44 parameters. Pos
 stiffness of single mounts cannot be identified, unless all mounts are one round part
 (--identical-mounts).
 
-Keys of summary.json: mass_kg; cog_error_mm, inertia_error_percent (worst moment),
-k_vp_error_percent; jacobian_rank (of the thesis's 44 numbers); reduced_chi2 (residuals over noise,
-squared; alarm above 2.25); n_alarms; condition_scaled_100hz (of the measured inertance, rotations
-scaled by the radius of gyration); seconds (of the identification). Errors are left out where the
-truth is not known, the rank without a drawing. With --free: mass_kg, mass_deviation_kg, misfit and
-n_alarms.
-
 Try: deboom bench compressor test, then deboom identify test
 """
 

@@ -5,8 +5,6 @@ the page shows the measured data and the result of `deboom check`. Contradiction
 warnings on the page. Files that cannot be read, or that do not fit together, are refused as by
 `deboom check`.
 
-Key of summary.json: n_faults, the number of faults that `deboom check` lists.
-
 Try: deboom bench compressor test, then deboom look test
 """
 

@@ -9,14 +9,6 @@ measured in two ways (--vehicle), or from stated priors; a table names the origi
 On the virtual platform the mean level is uncertain by 0.5 dB and a change by 0.08 dB, because
 errors of calibration cancel. For any vehicle and load case the change is uncertain by 0.6 dB: five
 vehicles are few, and one more vehicle narrows the interval most.
-
-Keys of summary.json: level_db, level_half_width_db (today's, mean of the vehicles); change_db with
-change_lower_db, change_upper_db, change_half_width_db,
-change_half_width_db_<vehicle> (best-mean against today's, errors of measurement alone);
-expected_change_db_<vehicle>, expected_change_db_mean, expected_change_db_worst, the same with _low
-and _high (best-mean in cars as they are, 90 %);
-probability_quieter (than today's); next_measurement, next_narrower_percent, and with _series for
-any vehicle and load case; surface_difference_at_peaks_db.
 """
 
 from __future__ import annotations

@@ -9,13 +9,6 @@ The example plot_second_engine tests whether these mounts predict the forces of 
 What it showed on six virtual benches: x and z are identified, with a true error of at most 2.1 %
 rms (median bench). The y stiffnesses of the three powertrain mounts are not, because a misalignment
 of half a degree hides them.
-
-Keys of summary.json, with <dir> such as TSM_x: r2_real_<dir>, r2_imag_<dir>, r2_force_real_<dir>,
-r2_force_imag_<dir> [%] (surface against its own lines; with _held_out surfaces fitted without the
-check runs against those); truth_error_percent_<dir> (rms error of |K| against the bench's truth;
-with _held_out on held-out runs); half_width_95_percent_<dir>
-(error budget); coverage_95_percent_<dir> (lines whose truth is inside the stated band);
-n_identified (directions); seconds (one mount set, with its error budget).
 """
 
 from __future__ import annotations

@@ -9,14 +9,6 @@ Result with seed 1 and five further parts of each mount, which differ by 5 % (on
 parts without re-tuning lower the level by 0.2 dB per line, and parts re-tuned within 5 % by 0.9 dB.
 In the virtual car, sets of parts change the level as predicted (r 0.999; 0.95 with prescribed
 motion).
-
-Keys of summary.json: part_<mount> (of best-mean); change_db_per_line (best-mean against today's
-parts, verified, mean over vehicles and lines) and change_parts_as_they_are_db_per_line (quietest
-set without re-tuning); expected_change_db_<vehicle>, expected_change_db_mean,
-expected_change_db_worst, the same with _low and _high (best-mean in cars as they are, 90 %);
-sigma_change_percent_best_sigma; n_sets, n_set_front (sets, and those on
-their front); n_front, n_evaluated (designs); sigma_bias_percent (search minus verification);
-seconds_search; surface_difference_at_peaks_db (library against spectra).
 """
 
 from __future__ import annotations

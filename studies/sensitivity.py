@@ -9,11 +9,6 @@ analysis and shows the other one for comparison.
 On the virtual platform TSM x matters most in U06-1 to U06-4, then Du x. In U06-5, the vehicle with
 the battery, GeM x matters most, then TSM x. Du y and z have no path to the cabin, so their indices
 are exactly 0.
-
-Keys of summary.json: st_<variable>_<vehicle> such as st_TSM_x_U06-1 (total index), and
-st_mount_<mount>_<vehicle>; largest_interval (half width, 95 %), largest_interaction (total minus
-first order), n_zero (indices not above their interval), n_runs (designs evaluated),
-surface_difference_at_peaks_db (library against spectra).
 """
 
 from __future__ import annotations

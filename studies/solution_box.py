@@ -5,13 +5,6 @@ parts keeps the limits of all vehicles. By default the limit of each vehicle is 
 parts verify the box. On the virtual platform with seed 1, GeM x, TSM x and Du x need an upper end:
 the limits set 3 of 20 ends, the others lie at the bounds of the search. U06-5 exceeds its limit
 most often.
-
-Keys of summary.json: share_stated, share_verified, share_bound (95 % confidence, over parts);
-share_measured_from, share_measured_to (90 %, with all measurements drawn again); share_softer,
-share_harder (all rubber together 5 % softer or harder in the cars); width_ratio_pm15
-(geometric mean; box over ±15 % about the Pareto point, axes with an effect), share_pm15; n_axes;
-n_ends_on_bounds; limit_db_first_vehicle; limit_could_be_lowered_db (to a point); binding_vehicle;
-n_parts_verified; seconds (of the box); surface_difference_at_peaks_db (library against spectra).
 """
 
 from __future__ import annotations

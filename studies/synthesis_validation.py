@@ -14,11 +14,6 @@ drawn powertrains, five kinds of bodies, and rubber that is softer or harder in 
 2.2 % in the median (largest 20.3), corr_s 5.6 % (13.1), booming peaks agree within 1.1 dB (6.2),
 and forces within 7.9 % (25.1). With blocked forces the medians are 32.5 %, 26.6 %, 5.0 dB and 49.4
 %.
-
-Keys of summary.json: corr_f_percent (complex pressure, median over vehicles and mount sets),
-corr_s_percent (magnitude, median), peak_deviation_db (largest of the paired booming peaks),
-virtual_design_peak_db (largest, all three ways; where the campaign has a mix), mode_<n>_hz and
-mode_<n>_mac, n from 1 to 5 (first vehicle; MAC where the true shapes are known).
 """
 
 from __future__ import annotations

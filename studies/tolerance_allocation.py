@@ -6,12 +6,6 @@ sigma), or with which exactly --share of all pairs of part and vehicle keep --li
 direction is 1 at ±15 % and inversely proportional to the tolerance; --cost-table states other
 costs. --free-tolerances also searches with the tolerances of the mounts as variables, from this
 design and today's on: what would another design be worth if its tolerances were tighter?
-
-Keys of summary.json: design, target; cost_cheapest, cost_uniform (one tolerance everywhere for the
-same target), cost_today; cost_ratio_to_uniform, cost_ratio_to_uniform_of_effective (uniform where a
-direction has an effect, else free); sigma_today_db, sigma_cheapest_db (mean level, mean over
-vehicles), sigma_verified_db, sigma_uniform_verified_db (new draws); share_stated,
-share_verified, share_lower_bound; surface_difference_at_peaks_db (library against spectra).
 """
 
 from __future__ import annotations

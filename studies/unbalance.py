@@ -45,12 +45,6 @@ Figure 61 of the thesis is disturbed at 20–50 Hz. On virtual compressors the r
 nor conditioning: in operation the mounts have another state than in the hammer test. The sweep
 shows this, and route e corrects it. docs/validation.md has the errors of many compressors.
 
-Keys of summary.json: route (that counts), u_stat_g_mm, u_dyn_g_mm2, u_stat_deviation_g_mm,
-u_dyn_deviation_g_mm2, sense, mounts_changed, reduced_chi (residuals over noise), remaining_chi (the
-same, what mounts do beyond one common factor taken for noise), n_alarms, decision (with limits),
-u_stat_first_error_percent, u_dyn_first_error_percent (of the fit, where the truth is known),
-seconds (files to result).
-
 The last line of the output is the run folder; before it, with limits, the verdict.
 
 Try: deboom bench operation test, then deboom unbalance test --limits limits.toml

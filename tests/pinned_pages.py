@@ -170,6 +170,9 @@ def _row(row):
 
 def _of_json(path):
     record = json.loads(path.read_text(encoding="utf-8"))
+    if path.name == "answer.json":  # the page says the rest, and its round trip has a test
+        numbers = (number for number in record["numbers"] if number["headline"])
+        return [f"{number['label']}: {number['headline']}" for number in numbers]
     if path.name == "run.json":
         inputs = sorted({*map(_last, record["inputs_sha256"])})
         record = {**record["facts"], "inputs": inputs}

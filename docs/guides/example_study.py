@@ -1,7 +1,4 @@
-"""How much quieter do the vehicles become if all mounts are softer by the same factor?
-
-Keys of summary.json: best_factor [1] and gain_db, the fall of the mean level per line there.
-"""
+"""How much quieter do the vehicles become if all mounts are softer by the same factor?"""
 
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -38,7 +35,8 @@ def run(model: Any, options: Options) -> Report:
     mean = levels.mean(axis=1)
     best = int(mean.argmin())
     report = Report("All mounts softer alike")
-    report.summary.update(best_factor=float(factor[best]), gain_db=float(mean[-1] - mean[best]))
+    report.number("best_factor", factor[best], "1", "quietest common factor", headline=".2f")
+    report.number("change_db", mean[best] - mean[-1], "dB", "its mean change", headline="+.1f")
     report.section("Levels", "Mean level of the lines, per vehicle.")
     curves = dict(zip(model.response_names, levels.T, strict=True))
     panel = plot.CurvePanel("all mounts alike", factor, curves)

@@ -50,12 +50,16 @@ def list_(
 
 def show(
     run: Annotated[Path, typer.Argument(help="Folder or name of a run; see `deboom list`.")],
+    keys: Annotated[
+        bool,
+        typer.Option("--keys", help="Show unit and meaning of each key of summary.json instead."),
+    ] = False,
 ) -> None:
-    """Show one run: question, options, headline numbers, versions, and if a file was edited."""
+    """Show one run: question, answer, options, numbers, versions, and if a file was edited."""
     from deboom.files.run_folder import read_run
-    from deboom.runs.overview import show_lines
+    from deboom.runs.overview import key_lines, show_lines
 
-    for line in show_lines(read_run(run)):
+    for line in (key_lines if keys else show_lines)(read_run(run)):
         typer.echo(line)
 
 

@@ -137,7 +137,7 @@ class WithSlopes:
     """A problem of known truth whose front may converge along its own gradient."""
 
     problem: Quad2 | Exp1
-    is_smooth: bool = True
+    is_linearisable: bool = True
 
     @property
     def variable_names(self) -> tuple[str, ...]:

@@ -2,8 +2,6 @@
 
 NSGA-II on QUAD2, a robust problem with a known front. It takes a second or two: long enough
 to be killed in, short enough for a campaign of kills.
-
-Key of summary.json: n_evaluated (designs).
 """
 
 from __future__ import annotations
@@ -51,6 +49,6 @@ def run(robust: Robust, options: Options, context: RunContext | None = None) -> 
     report = Report("QUAD2")
     report.section("Front")
     report.table("front", pd.DataFrame(columns | designs))
-    report.summary["n_evaluated"] = search.n_evaluated
+    report.number("n_evaluated", search.n_evaluated, "", "designs evaluated", headline="d")
     report.inputs += inputs
     return report

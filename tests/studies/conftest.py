@@ -2,15 +2,10 @@
 
 import json
 from contextlib import nullcontext
-from pathlib import Path
 
 import pytest
-from summary_keys import described, undefined
 
-from deboom.runs.runner import Study
 from pinned_pages import pictures_described, run_aloud
-
-STUDIES = Path(__file__).parents[2] / "studies"
 
 WHOLE_PICTURES = ("study_resume",)
 """Modules that hold all files of two runs together."""
@@ -44,25 +39,6 @@ def few_pictures(request):
         request.getfixturevalue("described_pictures")
     elif name not in WHOLE_PICTURES:
         request.getfixturevalue("no_pictures")
-
-
-@pytest.fixture(scope="session", autouse=True)
-def defined_summaries():
-    """Hold the summary of every run of a shipped study against the docstring that defines it."""
-    made = Study.report
-
-    def report(self, *arguments, **options):
-        whole = made(self, *arguments, **options)
-        if self.path.resolve().parent == STUDIES.resolve():
-            missing = undefined(whole.summary, described(self.name))
-            assert not missing, f"{self.name}: the docstring does not define {missing}"
-        times = [value for name, value in whole.summary.items() if name.startswith("seconds")]
-        assert all(0.0 <= seconds < 600.0 for seconds in times)
-        return whole
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Study, "report", report)
-        yield
 
 
 @pytest.fixture(scope="module")

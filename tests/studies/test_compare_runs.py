@@ -66,12 +66,11 @@ def run(model, options, context=None):
     }
     columns = [f"{name} [1]" for name in model.robust.space.names]
     report = Report("Springs", "Which?")
-    report.tile(str(len(search.front)), "designs found")
     report.section("Front")
     designs = dict(zip(columns, search.front.designs.T, strict=True))
     report.table("front", pd.DataFrame(sums | designs))
     report.table("convergence", pd.DataFrame({"hypervolume [1]": search.hypervolume}))
-    report.summary["n_front"] = len(search.front)
+    report.number("n_front", len(search.front), "", "designs found", headline="d")
     report.facts["verification_draws"] = 1024
     report.inputs += files
     return report

@@ -94,6 +94,8 @@ def test_a_run_and_its_pages_are_shown(address, results):
     (run,) = json.loads(text)["runs"]
     assert (status, run["study"], run["state"]) == (200, "quad2_front", "finished")
     assert run["options"]["generations"] == "4"
+    summary = json.loads((results / run["id"] / "summary.json").read_text(encoding="utf-8"))
+    assert run["headlines"] == {"designs evaluated": str(summary["n_evaluated"])}
     assert run["typed"] == (results / run["id"]).resolve().as_posix()
     page = run["pages"][0]
     assert page["title"] == "report"

@@ -18,6 +18,7 @@ from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import HoseState
 from deboom.measurement.electric_car import WrenchNoiseTransfer
 from deboom.pages import compressor_noise as page
+from deboom.report import Report
 from deboom.runs.compressor_tests import FLOOR, NoisePlan
 
 LINES = np.arange(20.0, 141.0)
@@ -47,7 +48,9 @@ def sweep(hoses, *, pressure=7.5e5, lines=LINES, hose=0.0, measured=1.0):
 
 
 def error_summary(noise):
-    return page.error_summary(sweep_errors(noise), measured_gain_table(noise))
+    report = Report("")
+    page.report_errors(report, sweep_errors(noise), measured_gain_table(noise))
+    return report.summary
 
 
 def case(*sweeps):

@@ -9,7 +9,12 @@ import deboom
 from deboom.errors import InputError
 from deboom.explore import descent
 from deboom.explore import search as search_module
-from deboom.explore.descent import converged_front, is_smooth, objectives_and_gradients
+from deboom.explore.descent import (
+    Gradients,
+    converged_front,
+    gradients_of,
+    objectives_and_gradients,
+)
 from deboom.explore.front import common_box
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Objective
 from deboom.explore.robust import Robust
@@ -34,7 +39,7 @@ def fixed(*columns):
     "changes",
     [
         {"evaluate": quad2(4, seed=1)},
-        {"evaluate": WithSlopes(quad2(4, seed=1), is_smooth=False)},
+        {"evaluate": WithSlopes(quad2(4, seed=1), is_linearisable=False)},
         {"sample": FreshGaussianSampler(4, 16, seed=1)},
         {"nominal_mean": True},
         {"objectives": (Objective("mean"), Objective("quantile"))},
@@ -44,8 +49,8 @@ def fixed(*columns):
     ],
 )  # fmt: skip
 def test_without_exact_gradients_nothing_descends(changes):
-    assert is_smooth(ROBUST)
-    assert not is_smooth(replace(ROBUST, **changes))
+    assert gradients_of(ROBUST) is Gradients.exact
+    assert gradients_of(replace(ROBUST, **changes)) is not Gradients.exact
 
 
 def test_the_population_of_nsga2_is_part_of_the_archive_of_a_converged_front():
@@ -212,8 +217,8 @@ def test_limits_of_the_worst_drawn_part_leave_the_search_to_nsga2():
     smallest = Objective("smallest", response=FirstWithSlope(), unit="1").at_least(0.8)
     every_part = replace(ROBUST, limits=[smallest])
     assert deboom.search(every_part, **BUDGET).search.n_evaluated == 16
-    assert not is_smooth(every_part)
-    assert is_smooth(replace(ROBUST, limits=[AT_LEAST]))
+    assert gradients_of(every_part) is not Gradients.exact
+    assert gradients_of(replace(ROBUST, limits=[AT_LEAST])) is Gradients.exact
 
 
 def price_of(variables, *, smooth=True):
@@ -246,7 +251,7 @@ def test_a_function_without_gradient_is_a_limit_that_descents_keep(statistic):
     budget = {"population": 12, "generations": 4, "seed": 1, "verified_with": 16}
     price = price_of(SPACE.names)
     robust = replace(ROBUST, limits=[Objective(statistic, response=price).at_most(0.06)])
-    assert is_smooth(robust)
+    assert gradients_of(robust) is Gradients.exact
     front = deboom.search(robust, **budget)
     assert front.note.endswith(
         f"Gradients of '{robust.limits.limits[0].number.name}' came from differences."
@@ -303,7 +308,7 @@ def test_differences_of_a_function_stay_within_the_bounds_and_ask_for_one_more_t
     ],
 )
 def test_limits_of_means_and_sigmas_have_gradients(limit, smooth):
-    assert is_smooth(replace(ROBUST, limits=[limit])) is smooth
+    assert (gradients_of(replace(ROBUST, limits=[limit])) is Gradients.exact) is smooth
 
 
 def test_descents_keep_the_limits_of_the_response_and_of_the_design():

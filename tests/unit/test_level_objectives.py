@@ -7,7 +7,7 @@ import pytest
 
 import deboom
 from deboom.errors import InputError
-from deboom.explore.descent import is_smooth, objectives_and_gradients
+from deboom.explore.descent import Gradients, gradients_of, objectives_and_gradients
 from deboom.explore.moments import STATISTICS, Statistic
 from deboom.explore.space import stiffness_factor_space
 from deboom.files.design_limits import read_level_limits
@@ -123,7 +123,7 @@ def test_a_statistic_that_there_is_not_is_refused_wherever_one_is_written(tmp_pa
 class SlopedLines(TwoLines):
     """The same with exact derivatives, and the square of the factor beside it."""
 
-    is_smooth = True
+    is_linearisable = True
 
     def __call__(self, designs):
         """Return the responses, shape (n, 2)."""
@@ -170,7 +170,7 @@ def test_a_new_statistic_is_one_entry(monkeypatch, tmp_path):
     allowed = today.mean[0, 0] + 2.0 * today.sigma[0, 0]
     np.testing.assert_allclose(values.excess[0], upper[0, 0] - allowed, rtol=1e-12)
     smooth = deboom.Robust(model, SPACE, draws=64, objectives=aims()["two-sigma"])
-    assert is_smooth(smooth)
+    assert gradients_of(smooth) is Gradients.exact
     assert smooth.begins_with_level_and_sigma
     step = 1e-5
     around = smooth(design + np.array([[-step], [step]])).objectives

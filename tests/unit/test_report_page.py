@@ -11,6 +11,7 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files import tables
+from deboom.files.run_folder import hash_files, read_run
 from deboom.files.tables import read_frame
 from deboom.language import Language
 from deboom.plot import CurvePanel, curve_panels
@@ -19,6 +20,7 @@ from deboom.report import Sound, Step, Table
 from deboom.report.report import Report
 from deboom.report.sheet import Sheet
 from deboom.report.tables import text_columns
+from deboom.runs.overview import answer_of, key_lines, show_lines
 
 PANEL = CurvePanel("", np.arange(1, 4), {"hypervolume": np.array([0.1, 0.2, 0.25])})
 PNG = as_png(curve_panels([PANEL], x_label="generation [1]", y_label="hypervolume [1]", columns=1))
@@ -72,7 +74,7 @@ PROVENANCE = {
 def report_of(text, titles=("The front", "Levels"), frame=TABLE):
     """Write a report with this text wherever a text may stand, else with plain words."""
     report = Report(text or "Robust front", text or "Which mounts?")
-    report.tile(text or "−2.8 dB", text or "U06-1")
+    report.number("headline", text or "−2.8 dB", "", text or "U06-1", headline="s")
     report.explain("SPL", "σ")
     report.warn(text or "TSM x stops at its bound.")
     for title in titles:
@@ -181,7 +183,7 @@ def test_the_first_screen_begins_with_the_verdict_and_takes_the_place_of_the_til
     ]
     # what is behind prints on pages of its own, and tables there keep their numbers
     assert html.index("Each vehicle") < html.index('class="behind"') < html.index("Table 1.")
-    assert answered().tiles == report_of("").tiles
+    assert answered().headlines == report_of("").headlines
 
 
 def test_a_sound_of_the_first_screen_is_embedded_and_allowed():
@@ -241,7 +243,8 @@ def test_a_sheet_has_the_decimal_sign_of_its_language_and_marks_what_moved():
 
 def test_a_number_of_the_summary_that_is_not_known_is_null():
     report = Report("Question?")
-    report.summary |= {"peak_db": np.float64("nan"), "n": 3}
+    report.number("peak_db", np.float64("nan"), "dB", "peak")
+    report.number("n", 3, "", "designs")
     assert json.loads(report.contents()["summary.json"]) == {"peak_db": None, "n": 3}
 
 
@@ -253,6 +256,8 @@ def test_a_number_of_the_summary_that_is_not_known_is_null():
         (lambda r: r.figure(None, PNG, " "), "needs a caption"),
         (lambda r: r.table(None, TABLE, "T", {"x": 1}), "unknown columns \\['x'\\]"),
         (lambda r: r.panel("Each vehicle", Table(TABLE, "")), "call `answer` first"),
+        (lambda r: [r.number("a", 1, "", "n") for _ in "xy"], "two things of the name 'a'"),
+        (lambda r: [r.number(k, 1, "", "n", headline="d") for k in "xy"], "of the name 'n'"),
     ],
 )
 def test_bad_input_is_refused_in_words(write, message):
@@ -314,7 +319,7 @@ def test_a_long_table_is_kept_compressed_and_read_back(tmp_path, monkeypatch):
     assert report.contents() == report.contents()  # no time of packing
     report.write(tmp_path)
     names = {path.name for path in tmp_path.iterdir()}
-    assert names == {"per_vehicle.csv.gz", "few.csv", "summary.json", "report.html"}
+    assert names == {"per_vehicle.csv.gz", "few.csv", "summary.json", "answer.json", "report.html"}
     pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "per_vehicle.csv.gz"), TABLE)
     pd.testing.assert_frame_equal(read_frame(tmp_path / "per_vehicle.csv", ("vehicle",)), TABLE)
     (tmp_path / "per_vehicle.csv.gz").write_bytes(b"\x1f\x8b cut")
@@ -340,3 +345,44 @@ def test_nothing_is_drawn_for_the_results():
     assert report.contents()["figures/late.png"] == PNG
     assert report.html().count("Drawn last.") == 2
     assert drawn == ["late"]  # once
+
+
+def test_the_answer_of_a_run_is_what_its_first_screen_says(tmp_path):
+    report = answered()
+    report.number("mean_db", np.float64(-2.84), "dB", "mean change", headline="+.1f")
+    report.number("n", np.int64(3), "", "designs", headline="d")
+    report.number("loudest", "U06-3", "", "loudest vehicle", headline="s")
+    report.number("ratio", 0.66, "1", "cost over today's", headline=".2f")
+    report.number("peak_db", np.nan, "dB", "its peak")
+    report.write(tmp_path)
+    hashes = hash_files([tmp_path / "answer.json"], relative_to=tmp_path)
+    (tmp_path / "run.json").write_text(json.dumps({"study": "x", "files_sha256": hashes}))
+    answer = read_run(tmp_path).answer
+    assert answer == report.first_screen
+    assert list(answer.headlines.values())[1:] == ["−2.8 dB", "3", "U06-3", "0.66"]
+    assert report.summary == {
+        "headline": "−2.8 dB",
+        "mean_db": -2.84,
+        "n": 3,
+        "loudest": "U06-3",
+        "ratio": 0.66,
+        "peak_db": None,
+    }
+    table, *_ = answer.panels["Each vehicle"]
+    pd.testing.assert_frame_equal(table.frame, TABLE)
+    assert answer.panels["Next"] == (Step("deboom listen results/x/latest", "hear all"),)
+    assert "Hear it" not in answer.panels  # sounds are no data
+    lines = list(key_lines(read_run(tmp_path)))
+    assert "ratio     [1]   cost over today's" in lines
+    (tmp_path / "answer.json").write_text("{}")
+    with pytest.raises(InputError, match="has been edited"):
+        _ = read_run(tmp_path).answer
+    assert "has been edited" in "\n".join(show_lines(read_run(tmp_path)))
+    (tmp_path / "run.json").write_text(
+        '{"study": "x", "headlines": {"n": "3"}, "verdict": "Good."}'
+    )
+    older = read_run(tmp_path)
+    assert older.answer is None
+    assert (answer_of(older).headlines, answer_of(older).verdict) == ({"n": "3"}, "Good.")
+    with pytest.raises(InputError, match="does not say what its numbers are"):
+        list(key_lines(older))

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 import deboom
-from deboom.explore.descent import converged_front, is_smooth, objectives_and_gradients
+from deboom.explore.descent import (
+    Gradients,
+    converged_front,
+    gradients_of,
+    objectives_and_gradients,
+)
 from deboom.explore.front import common_box
 from deboom.explore.moments import Estimator
 from deboom.explore.robust import Robust
@@ -55,7 +60,7 @@ def assert_slopes(robust, seed, rtol):
 
 @pytest.mark.parametrize("name", MODELS)
 def test_gradients_of_mean_and_sigma_are_those_of_differences(name):
-    assert is_smooth(robust_of(MODELS[name]))
+    assert gradients_of(robust_of(MODELS[name])) is Gradients.exact
     assert_slopes(robust_of(MODELS[name]), seed=2, rtol=1e-8)
 
 
@@ -97,7 +102,7 @@ def test_slopes_of_a_design_are_the_same_bits_in_any_batch(name):
 def test_a_softening_motion_has_no_exact_slopes():
     softening = BoomingModel((drawn_cars.amplitude_problem(SHAPE),), (1.0,))
     assert isinstance(softening.cases[0], CoupledMotion)
-    assert not is_smooth(robust_of(softening))
+    assert gradients_of(robust_of(softening)) is not Gradients.exact
 
 
 @pytest.mark.parametrize("seed", [1, 2])

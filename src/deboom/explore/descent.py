@@ -14,6 +14,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from enum import Enum
 from functools import cache, cached_property, partial
 from itertools import pairwise
 from typing import Any, NamedTuple, Protocol, cast, runtime_checkable
@@ -81,7 +82,7 @@ class Linearisable(Protocol):
     """A model whose responses have exact derivatives by its variables."""
 
     @property
-    def is_smooth(self) -> bool:
+    def is_linearisable(self) -> bool:
         """Whether the derivatives exist and are exact, at all designs."""
 
     def linearised(self, designs: RealArray) -> tuple[RealArray, PullBack]:
@@ -92,26 +93,40 @@ class Linearisable(Protocol):
         """
 
 
-def is_smooth(robust: Robust) -> bool:
-    """Say whether two objectives of a robust response, and all limits, have gradients.
+class Gradients(Enum):
+    """How the gradients of a response are computed."""
 
-    They do for means, sigmas and other statistics with derivatives of a `Linearisable` model whose
-    designs share their draws, without whole-number variables. Limits may be bounds of these, of the
-    worst response from above, and of functions of the design, of which differences are taken where
-    there is no ``gradient``. The extremes of the drawn parts have none, nor has what is marked by
-    ``smooth = False``, such as the rise of a booming peak, which comes and goes.
+    exact = "exact"
+    differences = "differences"
+    none = "none"
+
+
+def gradients_of(robust: Robust) -> Gradients:
+    """Return how the gradients of a robust response are computed.
+
+    There are some if designs share their draws, no variable is a whole number, and the model is not
+    marked by ``smooth = False``, such as the rise of a booming peak, which comes and goes. They are
+    exact for two objectives that are means, sigmas and other statistics with derivatives of a
+    `Linearisable` model. Limits may be bounds of these, of the worst response from above, and of
+    functions of the design, of which differences are taken where there is no ``gradient``. The
+    extremes of the drawn parts have none.
     """
-    return (
+    if (
+        not isinstance(robust.sample, ToleranceSample)
+        or robust.space.integer.any()
+        or not getattr(robust.evaluate, "smooth", True)
+    ):
+        return Gradients.none
+    is_exact = (
         len(robust.objectives) == 2
         and all(_has_gradient(robust, objective) for objective in robust.objectives)
-        and isinstance(robust.sample, ToleranceSample)
         and not robust.nominal_mean
         and not without_gradient(robust)
-        and not robust.space.integer.any()
         and bool(np.any(robust.space.upper > robust.space.lower))
         and isinstance(robust.evaluate, Linearisable)
-        and robust.evaluate.is_smooth
+        and robust.evaluate.is_linearisable
     )
+    return Gradients.exact if is_exact else Gradients.differences
 
 
 def without_gradient(robust: Robust) -> list[Limit]:
@@ -161,7 +176,7 @@ def objectives_and_gradients(
     Parameters
     ----------
     robust : Robust
-        Response for which `is_smooth` holds.
+        Response whose `gradients_of` are exact.
     design : array, shape (k,)
         Design [units of the space].
     each_mean : bool
@@ -476,7 +491,7 @@ def converged_front(
     Parameters
     ----------
     robust : Robust
-        Response for which `is_smooth` holds.
+        Response whose `gradients_of` are exact.
     seed : int
         Seed from 1 upwards of the random designs that find the branches.
     begin : array, shape (n, k), optional

@@ -698,16 +698,6 @@ class Front(Tabled):
         message, count = next(iter(failures.items()))
         return f" ({count} of them with '{message}')"
 
-    @property
-    def counts(self) -> dict[str, int | float]:
-        """Numbers of the search for ``summary.json``."""
-        return {
-            "n_front": len(self.search.front),
-            "n_evaluated": self.search.n_evaluated,
-            "n_failed": self.search.n_failed,
-            "seconds_search": round(self.search.seconds, 3),
-        }
-
 
 class PymooResult(Protocol):
     """What pymoo's ``minimize`` returns for a `deboom.RobustProblem`."""

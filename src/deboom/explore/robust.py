@@ -430,6 +430,20 @@ class Robust:
             return np.ones(len(self.evaluate.response_names))
         return np.asarray(np.round(self.weights / self.weights[self.weights > 0.0].min(), 9))
 
+    def mean(self, values: npt.ArrayLike, rows: Sequence[int] | None = None) -> RealArray:
+        """Return the mean over the responses, weighted as in the objectives, of values (..., r).
+
+        - `rows`: those of the responses that count, alike if none of them has a weight; by default
+          all of them.
+        """
+        values, weights = np.asarray(values), self.weights
+        if rows is not None:
+            values = values[..., rows]
+            weights = None if weights is None else weights[list(rows)]
+        if weights is not None and not weights.any():
+            weights = None
+        return np.asarray(np.average(values, axis=-1, weights=weights))
+
     @property
     def n_draws(self) -> int:
         """Number of independent draws that make one part: columns of its sample."""

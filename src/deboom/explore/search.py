@@ -34,7 +34,13 @@ from pymoo.util.ref_dirs import get_reference_directions
 from deboom.arrays import RealArray
 from deboom.errors import InputError, listed
 from deboom.explore.choices import SearchAlgorithm
-from deboom.explore.descent import by_differences, converged_front, is_smooth, without_gradient
+from deboom.explore.descent import (
+    Gradients,
+    by_differences,
+    converged_front,
+    gradients_of,
+    without_gradient,
+)
 from deboom.explore.doe import checked_within, designs_of, latin_hypercube
 from deboom.explore.front import hypervolume, pareto_front, replicates, thinned, verified
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Limit
@@ -49,7 +55,6 @@ from deboom.explore.robust import (
     joined,
     kept_values,
 )
-from deboom.explore.scatter import ToleranceSample
 from deboom.explore.selection import improved, pick
 from deboom.explore.space import DesignSpace, check_repeats, checked_seed
 from deboom.explore.workers import workers_for
@@ -788,8 +793,13 @@ def search(
             rest[0] = robust.space.nominal
         begin = np.vstack([begin, rest])
     free = not robust.limits
-    gradients = settings.polish and free and _smooth(robust)
-    pairs = _smooth_pairs(robust) if settings.polish else []
+    gradients = (
+        settings.polish
+        and free
+        and robust.objectives[:2] == (MEAN_SUM, SIGMA_SUM)
+        and gradients_of(robust) is not Gradients.none
+    )
+    pairs = _pairs_to_descend(robust) if settings.polish else []
     converges = bool(pairs) and robust.n_objectives == 2
     if settings.until is None and converges and free:
         settings = replace(settings, until=Until(evaluations=BEFORE_DESCENTS))
@@ -832,7 +842,7 @@ def search(
             notes.append(f"Gradients of {_named(differenced)} came from differences.")
     if gradients and shown is not None and not converges:
         notes.append("Its picks then went on by gradient.")
-    if settings.polish and not pairs and _smooth_pairs(replace(robust, limits=Limits())):
+    if settings.polish and not pairs and _pairs_to_descend(replace(robust, limits=Limits())):
         notes.append(
             f"Limits of {_named(without_gradient(robust))} have no gradient, so that the "
             "algorithm's designs are the front."
@@ -861,13 +871,13 @@ def _named(limits: Sequence[Limit]) -> str:
     return listed(list(dict.fromkeys(f"'{limit.number.name}'" for limit in limits)))
 
 
-def _smooth_pairs(robust: Robust) -> list[Robust]:
+def _pairs_to_descend(robust: Robust) -> list[Robust]:
     """Return a response with the first and each other objective alone, if descents can follow."""
     first, *others = robust.objectives
     pairs = [robust]
     if len(others) > 1:
         pairs = [replace(robust, objectives=(first, other)) for other in others]
-    return [pair for pair in pairs if is_smooth(pair)]
+    return [pair for pair in pairs if gradients_of(pair) is Gradients.exact]
 
 
 def _with_descents(
@@ -927,16 +937,6 @@ def _agrees(robust: RobustEvaluation, values: RobustValues) -> bool:
     first = chosen(values, [0])
     again = robust(first.designs).objectives
     return bool(np.allclose(again, first.objectives, rtol=1e-6, atol=0.0, equal_nan=True))
-
-
-def _smooth(robust: Robust) -> bool:
-    """Whether gradients may follow a search."""
-    return (
-        robust.objectives[:2] == (MEAN_SUM, SIGMA_SUM)
-        and isinstance(robust.sample, ToleranceSample)
-        and not robust.space.integer.any()
-        and getattr(robust.evaluate, "smooth", True)
-    )
 
 
 def _picked(robust: Robust, evaluated: RobustValues, *, polish: bool) -> RobustValues:

@@ -18,7 +18,7 @@ from scipy.optimize import minimize
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.choices import Pick
-from deboom.explore.descent import is_smooth, objectives_and_gradients
+from deboom.explore.descent import Gradients, gradients_of, objectives_and_gradients
 from deboom.explore.robust import Robust, RobustEvaluation, RobustValues, chosen, joined
 from deboom.explore.space import DesignSpace, Evaluate, responses
 
@@ -333,9 +333,10 @@ def improved(robust: Robust, evaluated: RobustValues, today: RobustValues) -> Ro
     - `today`: today's design under the same draws, one row.
     - returns: the picks of the evaluated designs, of today's and of what they became.
 
-    Sequential quadratic programming (SLSQP) within the bounds, along exact gradients where
-    `deboom.explore.descent.is_smooth`, elsewhere by central differences under common draws. The
-    constraints keep a distance of `KEPT_BY` of σ, which the draws of a verification may take.
+    Sequential quadratic programming (SLSQP) within the bounds, along exact gradients
+    where `deboom.explore.descent.gradients_of` says so, elsewhere by central differences under
+    common draws. The constraints keep a distance of `KEPT_BY` of σ, which the draws of a
+    verification may take.
     """
     goal = _Goal(replace(robust, objectives=robust.objectives[:2]), today)
     evaluations = [evaluated, today]
@@ -352,7 +353,7 @@ class _Goal:
 
     def __init__(self, robust: Robust, today: RobustValues) -> None:
         self.robust, self.today = robust, today
-        self.exact = is_smooth(robust)
+        self.exact = gradients_of(robust) is Gradients.exact
         self.lower, self.span = robust.space.lower, robust.space.upper - robust.space.lower
         self.scale = float(today.sigma_sum[0]) or 1.0
         self.evaluated: dict[bytes, tuple[RealArray, RealArray]] = {}

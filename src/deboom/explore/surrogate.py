@@ -97,7 +97,7 @@ class GaussianProcessModel:
         return f"Gaussian processes of {self.n_rows} rows"
 
     @property
-    def is_smooth(self) -> bool:
+    def is_linearisable(self) -> bool:
         """Whether derivatives are exact: those of the kernel are, everywhere."""
         return True
 

@@ -31,6 +31,7 @@ from filelock import FileLock, Timeout
 from pydantic import BaseModel, ConfigDict, Field, RootModel
 
 from deboom import __version__
+from deboom.answer import ANSWER, Answer
 from deboom.errors import InputError
 from deboom.files.disk import opened_file, read_arrays, read_json, replace_bytes, replace_text
 from deboom.files.schema import wrong_entries
@@ -389,6 +390,18 @@ class RunEntry:
         return front_table.FrontTable.read(self.folder, converged=converged)
 
     @property
+    def answer(self) -> Answer | None:
+        """First screen of the run's page as data; None where the run keeps none, as in 0.3.
+
+        - raises InputError: a run that is not finished; an answer that is missing or edited.
+        """
+        if ANSWER not in (self.record.get("files_sha256") or {}):
+            return None
+        check_files(self, (ANSWER,))
+        path = self.folder / ANSWER
+        return _Answer.model_validate(_checked_json(path, _Answer, "run the study again")).root
+
+    @property
     def tables(self) -> tuple[str, ...]:
         """Names of the tables that the run keeps, such as ``doe``; none of one that is going on."""
         hashed = self.record.get("files_sha256") or {}
@@ -522,7 +535,8 @@ def read_run(folder: str | Path | RunEntry) -> RunEntry:
     RunEntry
         ``run.record`` is what the run was asked, ``run.front`` its front: ``table``, ``designs``
         (n, k) [units of the variables], ``objectives`` (n, 2) [unit of the responses], ``picks``.
-        ``run.doe`` has its designs with responses as `deboom.doe`, ``run.sobol`` its indices, and
+        ``run.answer`` is the first screen of its page as data. ``run.doe`` has its designs with
+        responses as `deboom.doe`, ``run.sobol`` its indices, and
         ``run.table(name)`` any of ``run.tables``.
 
     Raises
@@ -819,6 +833,10 @@ class _Inputs(RootModel[dict[str, str]]):
     """Hashes of input files by name: ``inputs.json``."""
 
     model_config = ConfigDict(strict=True)
+
+
+class _Answer(RootModel[Answer]):
+    """The first screen of a page: ``answer.json``."""
 
 
 AnyArray = npt.NDArray[Any]

@@ -17,13 +17,12 @@ from deboom.explore.sharing import SeparateOptima, SharedDesign, SharingProblem
 from deboom.pages.front_answer import (
     abbreviations,
     expected_column,
-    expected_numbers,
     expected_on_average,
     expected_sentence,
     report_expected,
+    report_expected_numbers,
 )
 from deboom.pages.motion import motion_report, report_runs
-from deboom.plot.style import signed
 from deboom.report import Report, Step, Table
 from deboom.vehicles.expected_change import ExpectedChange
 from deboom.vehicles.platform import Runs
@@ -120,9 +119,9 @@ def commonality_report(
         f"of the cars of each are to keep {limits_in_words}?",
     )
     report.explain("booming noise", "SPLV", "stiffness factor", "tolerance")
-    _tiles(report, shared)
+    _warn_of_short_ones(report, shared)
     report.warn(*motion_report(index, shared.fewest.designs).warnings)
-    report.summary |= _summary(shared)
+    _numbers(report, shared)
     report.facts["kernel"] = index.kernel
     report.inputs += inputs
     _answer(report, shared, limits_in_words, abbreviations(runs.platform.mounts))
@@ -134,21 +133,8 @@ def commonality_report(
     return report
 
 
-def _tiles(report: Report, shared: SharedMounts) -> None:
-    """Show the count and its price; warn of vehicles that new draws find short."""
-    price = shared.price_of_fewest
-    report.tile(
-        f"{shared.fewest.sharing.total}",
-        f"part numbers; one set for all is {shared.n_set}, one per vehicle {shared.n_unshared}",
-    )
-    report.tile(f"{signed(float(price.mean()), 1)} dB", "mean price of sharing")
-    report.tile(f"{signed(float(price.max()), 1)} dB", f"for {shared.dearest}, the worst")
-    change, expected = float(shared.change.mean()), shared.expected
-    if not isinstance(expected, str):
-        report.tile(
-            f"{signed(float(expected.mean.expected), 1)} dB", "expected mean change against today"
-        )
-    report.tile(f"{signed(change, 1)} dB", "mean change against today, in the model")
+def _warn_of_short_ones(report: Report, shared: SharedMounts) -> None:
+    """Warn of vehicles of which new draws find too few cars within the limit."""
     short = [
         f"{name} ({PERCENT * share:.1f} %)"
         for name, share in zip(shared.problem.vehicles, shared.shares, strict=True)
@@ -162,25 +148,68 @@ def _tiles(report: Report, shared: SharedMounts) -> None:
         )
 
 
-def _summary(shared: SharedMounts) -> dict[str, Any]:
-    """Return the numbers of summary.json."""
+def _numbers(report: Report, shared: SharedMounts) -> None:
+    """Say how few part numbers serve all vehicles, and what sharing costs."""
     price = shared.price_of_fewest
-    summary = {
-        "part_numbers_min": shared.fewest.sharing.total,
-        "part_numbers_lower_bound": shared.lower_bound,
-        "part_numbers_own": shared.n_unshared,
-        "price_db": float(price.mean()),
-        "price_worst_db": float(price.max()),
-        "price_worst_vehicle": shared.dearest,
-        "one_set_price_worst_db": shared.one_set_price,
-        "change_db_per_line_mean": float(shared.change.mean()),
-        "share_verified_min": float(shared.shares.min()),
-        **expected_numbers(shared.expected, shared.problem.vehicles),
-    }
+    report.number(
+        "part_numbers_min",
+        shared.fewest.sharing.total,
+        "",
+        "part numbers that serve all vehicles",
+        headline="d",
+    )
+    report.number(
+        "part_numbers_lower_bound", shared.lower_bound, "", "fewer part numbers are impossible"
+    )
+    report.number("part_numbers_own", shared.n_unshared, "", "part numbers where nothing is shared")
+    report.number(
+        "price_db",
+        float(price.mean()),
+        "dB",
+        "price of sharing: level above mounts of its own, mean of the vehicles",
+        headline="+.1f",
+    )
+    report.number(
+        "price_worst_db",
+        float(price.max()),
+        "dB",
+        "price of sharing in the vehicle that pays most",
+        headline="+.1f",
+    )
+    report.number("price_worst_vehicle", shared.dearest, "", "vehicle that pays most")
+    report.number(
+        "one_set_price_worst_db",
+        shared.one_set_price,
+        "dB",
+        "price of one set for all in the vehicle that pays most",
+    )
+    report.number(
+        "change_db_per_line_mean",
+        float(shared.change.mean()),
+        "dB",
+        "change of the mean level against today's mounts in the model, mean of the vehicles",
+        headline="+.1f",
+    )
+    report.number(
+        "share_verified_min",
+        float(shared.shares.min()),
+        "1",
+        "share of a vehicle's cars within its limit, the smallest, verified with new draws",
+    )
+    report_expected_numbers(report, shared.expected, shared.problem.vehicles)
     if shared.by_group is not None:
-        summary["group_sets_part_numbers"] = shared.by_group.sharing.total
-        summary["group_sets_price_worst_db"] = float(shared.price(shared.by_group).max())
-    return summary
+        report.number(
+            "group_sets_part_numbers",
+            shared.by_group.sharing.total,
+            "",
+            "part numbers with one set per group",
+        )
+        report.number(
+            "group_sets_price_worst_db",
+            float(shared.price(shared.by_group).max()),
+            "dB",
+            "price of one set per group in the vehicle that pays most",
+        )
 
 
 def _answer(report: Report, shared: SharedMounts, limits_in_words: str, names: str) -> None:

@@ -269,11 +269,13 @@ def compared_report(studies: Sequence[Comparison]) -> Report:
     if len(studies) == 1:
         return comparison_report(studies[0])
     report = Report("Fronts compared", QUESTION)
-    report.tile(overall(studies), "verdict over all judges")
     first, *others = sentences(studies)
     report.answer(first, *others)
     report.section("The verdict", "\n\n".join(sentences(studies)))
-    report.summary |= {"verdict": overall(studies), "n_judges": len(studies)}
+    report.number(
+        "verdict", overall(studies), "", "verdict over the fronts: over all models", headline="s"
+    )
+    report.number("n_judges", len(studies), "", "models that judge, each with keys judge_<n>_…")
     for number, study in enumerate(studies, start=1):
         part = comparison_report(study)
         names = {
@@ -303,50 +305,69 @@ def comparison_report(study: Comparison) -> Report:
         "tolerance",
         "σ",
     )
-    if len(study.pairs) == 1:
-        report.tile(judged_pair.verdict.value, f"{first} against {second}")
     told = any(
         study.best in pair and entry.verdict is FrontVerdict.real
         for pair, entry in study.pairs.items()
     )
-    report.tile(
+    report.number(
+        "best",
         study.best if told else "none",
-        "has the best front" if told else "of the fronts is better than chance may make it",
+        "",
+        "front that is better by more than chance may make it",
+        headline="s",
     )
-    if len(study.pairs) == 1:
-        change = f"{signed(PERCENT * judged_pair.value, 2)} %"
-        report.tile(change, "hypervolume, first minus second")
-        report.tile(f"±{PERCENT * judged_pair.noise:.2f} %", "what chance alone may give")
-        if np.isfinite(gap):
-            level = f"{signed(gap, 3)} {unit_word(study)}".strip()
-            report.tile(level, "level at equal σ, first minus second")
-            beside = (
-                f"At equal σ the mean level of {first} differs by {level} from that of {second}."
-            )
+    if len(study.pairs) == 1 and np.isfinite(gap):
+        level = f"{signed(gap, 3)} {unit_word(study)}".strip()
+        beside = f"At equal σ the mean level of {first} differs by {level} from that of {second}."
     report.answer(
         " ".join(sentences([study])),
         beside,
         f"Every front was computed again with {study.n_samples} common draws.",
     )
-    report.summary |= {
-        "n_runs": len(study.fronts),
-        "n_configurations": len(study.groups),
-        "n_pairs": len(verdicts),
-        "n_real": verdicts.count(FrontVerdict.real),
-        "n_within_noise": verdicts.count(FrontVerdict.noise),
-        "n_not_decided": verdicts.count(FrontVerdict.open),
-        "n_equal": verdicts.count(FrontVerdict.equal),
-        "first": first,
-        "second": second,
-        "verdict": judged_pair.verdict.value,
-        "hypervolume_difference_percent": PERCENT * judged_pair.value,
-        "noise_percent": PERCENT * judged_pair.noise,
-    }
+    report.number("n_runs", len(study.fronts), "", "runs that are compared")
+    report.number("n_configurations", len(study.groups), "", "configurations of these runs")
+    report.number("n_pairs", len(verdicts), "", "pairs of configurations")
+    report.number("n_real", verdicts.count(FrontVerdict.real), "", "pairs that really differ")
+    report.number(
+        "n_within_noise", verdicts.count(FrontVerdict.noise), "", "pairs that differ within noise"
+    )
+    report.number("n_not_decided", verdicts.count(FrontVerdict.open), "", "pairs not decided")
+    report.number("n_equal", verdicts.count(FrontVerdict.equal), "", "pairs that are equal")
+    report.number("first", first, "", "first configuration of the first pair")
+    report.number("second", second, "", "second configuration of the first pair")
+    report.number(
+        "verdict", judged_pair.verdict.value, "", "verdict over the first pair", headline="s"
+    )
+    report.number(
+        "hypervolume_difference_percent",
+        PERCENT * judged_pair.value,
+        "%",
+        "hypervolume of the first pair, first minus second",
+        headline="+.2f",
+    )
+    report.number(
+        "noise_percent",
+        PERCENT * judged_pair.noise,
+        "%",
+        "difference of hypervolume that chance alone may give, ±",
+        headline=".2f",
+    )
     if np.isfinite(gap):
-        report.summary["level_difference"] = gap
+        report.number(
+            "level_difference",
+            gap,
+            unit_word(study),
+            "mean level of the first pair at equal σ, first minus second",
+            headline="+.3f",
+        )
     for name, volumes in study.hypervolumes.items():
-        key = re.sub(r"\W+", "_", name).strip("_")
-        report.summary[f"hypervolume_percent_{key}"] = PERCENT * float(volumes.mean())
+        configuration = re.sub(r"\W+", "_", name).strip("_")
+        report.number(
+            f"hypervolume_percent_{configuration}",
+            PERCENT * float(volumes.mean()),
+            "%",
+            "hypervolume of the configuration's fronts, mean of its runs",
+        )
     report.facts |= {
         "judge": study.judge_name or "the model of all runs",
         "common_draws": study.n_samples,

@@ -25,7 +25,6 @@ from deboom.measurement.quality import quality_table
 from deboom.measurement.uncertainty import COVERAGE
 from deboom.physics.sound_level import REFERENCE_PRESSURE
 from deboom.plot import CurvePanel
-from deboom.plot.style import signed
 from deboom.report import Report
 
 SHOWN = 4
@@ -66,8 +65,7 @@ def component_tpa_report(measured: Measured, seconds: float) -> Report:
     report.inputs += measured.inputs
     report.warn(*result.doubts)
     report.assume(*test.assumed)
-    report.summary |= _summary(measured, seconds)
-    _headlines(report, measured)
+    _numbers(report, measured, seconds)
     _procedure(report, result)
     _sound(report, result)
     _forces(report, measured)
@@ -83,42 +81,115 @@ def component_tpa_report(measured: Measured, seconds: float) -> Report:
     return report
 
 
-def _summary(measured: Measured, seconds: float) -> dict[str, float | int | str]:
-    """Headline numbers; the docstring of the study has the keys."""
-    result = measured.result
-    runs = result.runs
-    summary: dict[str, float | int | str] = {}
+def _numbers(report: Report, measured: Measured, seconds: float) -> None:
+    """Say what contributes most, and how far interface, forces and sound may be believed."""
+    result, runs = measured.result, measured.result.runs
+    ear, first = result.test.ears[0], runs[0]
+    top = first.ranking(ear).iloc[0]
+    report.number(
+        "loudest", str(top["contribution"]), "", "contributes most at the first ear", headline="s"
+    )
+    report.number(
+        "without_loudest_db",
+        float(top["without it, the level changes by [dB]"]),
+        "dB",
+        "change of the level at the first ear without what contributes most",
+        headline="+.1f",
+    )
     if result.completeness is not None:
-        summary["completeness"] = result.completeness.median
+        report.number(
+            "completeness",
+            result.completeness.median,
+            "1",
+            "completeness of the interface, median over the lines; 1 is complete",
+            headline=".3f",
+        )
         if result.completeness.rest.resolved.any():
-            summary["hits_chi_squared"] = result.completeness.rest.chi_squared
+            report.number(
+                "hits_chi_squared",
+                result.completeness.rest.chi_squared,
+                "1",
+                "what no load at the interface explains of hits on the source, over its noise; "
+                "squared, per degree of freedom",
+                headline=".1f",
+            )
     if judged := [run.rest.chi_squared for run in runs if run.resolved.any()]:
-        summary["run_chi_squared"] = max(judged)
-    summary["condition_number"] = float(np.median(runs[0].inversion.condition_number))
-    summary["trusted_lines_percent"] = 100 * float(np.mean([run.trusted.mean() for run in runs]))
+        report.number(
+            "run_chi_squared",
+            max(judged),
+            "1",
+            "what no load at the interface explains of a run, over its noise: the largest",
+            headline=".1f",
+        )
+    report.number(
+        "condition_number",
+        float(np.median(first.inversion.condition_number)),
+        "1",
+        "condition of the inversion, median over the lines",
+    )
+    report.number(
+        "trusted_lines_percent",
+        100 * float(np.mean([run.trusted.mean() for run in runs])),
+        "%",
+        "lines on which intervals of forces hold",
+    )
     levels = np.concatenate([np.abs(run.on_board_level) for run in runs])
     if levels.size:
-        summary["on_board_db"] = float(levels.max())
-        summary["on_board_coherence"] = min(float(np.median(run.by_line)) for run in runs)
-    summary["sound_db"] = max(
-        float(np.abs(level_difference(run.sound.values, run.measured_sound.values, 0)).max())
-        for run in runs
+        report.number(
+            "on_board_db",
+            float(levels.max()),
+            "dB",
+            "largest error at a sensor left out",
+            headline=".1f",
+        )
+        report.number(
+            "on_board_coherence",
+            min(float(np.median(run.by_line)) for run in runs),
+            "1",
+            "coherence at the sensors left out: median over the lines, least of the runs",
+            headline=".3f",
+        )
+    sound = (level_difference(run.sound.values, run.measured_sound.values, 0) for run in runs)
+    report.number(
+        "sound_db",
+        max(float(np.abs(difference).max()) for difference in sound),
+        "dB",
+        "largest error at an ear, all lines",
+        headline=".1f",
     )
-    ranks = runs[0].ranking(result.test.ears[0])
-    summary["loudest"] = str(ranks["contribution"].iloc[0])
     heard = [moved for moved in measured.moved if moved.measured is not None]
     if heard:
-        summary["receiver_sound_db"] = max(
-            float(np.abs(moved_level(transfer)).max()) for transfer in heard
+        report.number(
+            "receiver_sound_db",
+            max(float(np.abs(moved_level(transfer)).max()) for transfer in heard),
+            "dB",
+            "largest error at an ear of the other receiver",
+            headline=".1f",
         )
     if measured.truth:
         errors, forces, sounds = zip(*(_against(measured, run) for run in runs), strict=True)
-        summary["blocked_error_percent"] = max(errors)
-        summary["blocked_coverage_percent"] = float(np.mean(forces))
-        summary["sound_coverage_percent"] = float(np.mean(sounds))
-    summary["n_doubts"] = len(result.doubts)
-    summary["seconds"] = seconds
-    return summary
+        report.number(
+            "blocked_error_percent",
+            max(errors),
+            "%",
+            "error of the blocked forces where noise hides none, against the truth",
+            headline=".0f",
+        )
+        report.number(
+            "blocked_coverage_percent",
+            float(np.mean(forces)),
+            "%",
+            "90 % intervals of blocked forces that contain the truth",
+            headline=".0f",
+        )
+        report.number(
+            "sound_coverage_percent",
+            float(np.mean(sounds)),
+            "%",
+            "90 % intervals of the sound that contain the truth",
+        )
+    report.number("n_doubts", len(result.doubts), "", "reasons not to rely on the result")
+    report.number("seconds", seconds, "s", "time of the analysis")
 
 
 def _against(measured: Measured, run: RunTpa) -> tuple[float, float, float]:
@@ -146,44 +217,6 @@ def measured_lines(moved: InReceiver) -> ComplexArray:
 def moved_level(moved: InReceiver) -> RealArray:
     """Level of predicted over measured energy at the ears of the other receiver [dB]."""
     return level_difference(moved.sound.values, measured_lines(moved), 0)
-
-
-def _headlines(report: Report, measured: Measured) -> None:
-    """Show what a hurried reader takes away."""
-    result = measured.result
-    summary = report.summary
-    ear, first = result.test.ears[0], result.runs[0]
-    top = first.ranking(ear).iloc[0]
-    report.tile(
-        str(top["contribution"]),
-        f"contributes most at {ear} in {first.name}: without it "
-        f"{signed(float(top['without it, the level changes by [dB]']), 1)} dB",
-    )
-    if "on_board_db" in summary:
-        report.tile(
-            f"{float(summary['on_board_db']):.1f} dB",
-            f"largest error at a sensor left out; coherence {summary['on_board_coherence']:.3f}",
-        )
-    if "completeness" in summary:
-        over_noise = [float(summary[key]) for key in summary if key.endswith("chi_squared")]
-        report.tile(
-            f"{float(summary['completeness']):.3f}",
-            "completeness of the interface; what no load explains is "
-            + (f"{max(over_noise):.1f} times the noise (χ²)" if over_noise else "not known"),
-        )
-    report.tile(f"{float(summary['sound_db']):.1f} dB", "largest error at an ear, all lines")
-    if "receiver_sound_db" in summary:
-        report.tile(
-            f"{float(summary['receiver_sound_db']):.1f} dB",
-            "largest error at an ear of the other receiver",
-        )
-    if "blocked_error_percent" in summary:
-        report.tile(
-            f"{float(summary['blocked_error_percent']):.0f} %",
-            f"error of the blocked forces where noise hides none, against the truth; intervals of "
-            f"{100 * COVERAGE:.0f} % contain the truth in "
-            f"{summary['blocked_coverage_percent']:.0f} % of the cases",
-        )
 
 
 def _procedure(report: Report, result: ComponentTpa) -> None:

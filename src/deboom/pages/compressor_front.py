@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -18,13 +18,15 @@ from deboom.explore.result import RISEN, Front
 from deboom.explore.robust import sigma_shares
 from deboom.explore.selection import indifference_intervals
 from deboom.explore.sensitivity import SobolIndices
-from deboom.pages.front import report_front, report_heard
+from deboom.pages.front import front_numbers, report_front, report_heard
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,
     expected_sentence,
     mean_levels,
+    part_table,
     peaks_sentence,
-    run_up_sounds,
+    price_table,
+    report_loudest_sound,
     vehicle_table,
     weights_sentence,
 )
@@ -41,8 +43,8 @@ RISE = 1.0
 """Rise of a peak from which the page warns [dB]."""
 TRIED = 11
 """Values of each stiffness that are tried for it."""
-TILES = 2
-"""Stiffnesses that the page begins with: those that matter most."""
+MOST_NAMED = 2
+"""Stiffnesses in the headline: those that matter most."""
 PLACES = "places"
 UNEXPECTED = (
     "no expected change, because intervals were judged in cars with a powertrain alone; "
@@ -204,33 +206,26 @@ def _tell(report: Report, view: MountFront) -> None:
         for car, of in view.fleet.peak_changes(view.best).items()
         for c in of
     ]
-    sigma = {
-        name: PERCENT
-        * float(
-            view.front.values.sigma_sum[view.front.picks[name]] / view.front.baseline.sigma_sum[0]
-            - 1
-        )
-        for name in (Pick.best_mean, Pick.best_sigma)
-    }
-    mean, travel = float(view.fleet.mean(view.change)), view.travel(view.best)
     today, best = (
         view.stiffness(design) for design in (view.front.robust.space.nominal, view.best)
     )
-    for k in np.argsort(view.importance)[: -1 - TILES : -1]:
-        what = (
-            f"{view.names[k]}, of today's; {best[k]:.1f} N/mm at {view.model.reference_line:g} Hz"
-        )
-        report.tile(f"× {best[k] / today[k]:.2f}", what)
-    before, after = mean_levels(view.fleet, view.best)
-    report.tile(
-        f"{signed(float(view.fleet.mean(after - before)), 1)} dB",
-        "mean level of what is heard, best-mean against today",
+    build = (
+        f"{view.names[k]} × {best[k] / today[k]:.2f}"
+        for k in np.argsort(view.importance)[: -1 - MOST_NAMED : -1]
     )
-    report.tile(f"{signed(sigma[Pick.best_mean], 0)} %", "σ of the mean level over the tolerance")
+    before, after = mean_levels(view.fleet, view.best)
+    mean_heard = float(view.fleet.mean(after - before))
+    if np.isfinite(mean_heard):
+        report.number(
+            "mean_heard_change_db",
+            mean_heard,
+            "dB",
+            "change of the mean level of what is heard by best-mean, mean of the cars",
+            headline="+.1f",
+        )
+    front_numbers(report, view.fleet, ", ".join(build))
     if changes:
         rise, peak, car = max(changes, key=lambda item: item[0])
-        report.tile(f"{signed(rise, 1)} dB", f"at the peak that changes for the worst, {car}")
-        report.summary["largest_rise_db"] = float(rise)
         louder = len({name for change, _, name in changes if change > RISE})
         if louder:
             report.warn(
@@ -238,30 +233,40 @@ def _tell(report: Report, view: MountFront) -> None:
                 f"({60 * peak.frequency:.0f} rpm) in {car}; {louder} of "
                 f"{len(view.fleet.vehicles)} cars have a peak that rises by more than {RISE:g} dB."
             )
-    report.summary |= {
-        f"level_change_db_{car}": float(change)
-        for car, change in zip(view.fleet.vehicles, view.change, strict=True)
-    }
-    report.summary |= {
-        f"heard_change_db_{car}": float(change)
-        for car, change in zip(view.fleet.vehicles, after - before, strict=True)
-        if np.isfinite(change)
-    }
-    mean_heard = float(view.fleet.mean(after - before))
-    if np.isfinite(mean_heard):
-        report.summary["mean_heard_change_db"] = mean_heard
-    report.summary |= {
-        "mean_change_db": mean,
-        "sigma_change_percent_best_mean": sigma[Pick.best_mean],
-        "sigma_change_percent_best_sigma": sigma[Pick.best_sigma],
-        "leading_stiffness": view.leading,
-        "leading_total_index": float(view.importance.max()),
-        "travel_ratio": travel,
-        "at_bound": ", ".join(view.at_bound),
-        "sigma_bias_percent": view.front.sigma_bias_percent,
-        "mean_bias_db": view.front.mean_bias * view.front.per_line,
-        **view.front.counts,
-    }
+    for car, change in zip(view.fleet.vehicles, view.change, strict=True):
+        report.number(
+            f"level_change_db_{car}",
+            float(change),
+            "dB",
+            "change of the mean level of the car over all lines and the scatter by best-mean",
+        )
+    for car, change in zip(view.fleet.vehicles, after - before, strict=True):
+        if np.isfinite(change):
+            report.number(
+                f"heard_change_db_{car}",
+                float(change),
+                "dB",
+                "change of the mean level of what is heard in the car by best-mean",
+            )
+    report.number(
+        "mean_change_db",
+        float(view.fleet.mean(view.change)),
+        "dB",
+        "change of the mean level over all lines and the scatter by best-mean, mean of the cars",
+    )
+    report.number(
+        "leading_stiffness", view.leading, "", "stiffness that matters most: largest Sobol index"
+    )
+    report.number(
+        "leading_total_index",
+        float(view.importance.max()),
+        "1",
+        "total Sobol index of the stiffness that matters most, mean of the cars",
+    )
+    report.number(
+        "travel_ratio", view.travel(view.best), "1", "travel of best-mean under 1 g over today's"
+    )
+    report.number("at_bound", ", ".join(view.at_bound), "", "variables of best-mean at their bound")
 
 
 def _answer(report: Report, view: MountFront, run: str) -> None:
@@ -277,34 +282,24 @@ def _answer(report: Report, view: MountFront, run: str) -> None:
         "change of the one that gains least.",
         wide=True,
     )
-    decimals = {"of today's [1]": 2, "build [N/mm]": 1, "today [N/mm]": 1, "alone [dB]": 1}
     report.panel(
         "Mounts to change",
-        Table(_mounts_to_change(view), "", decimals | {"share of the variance [%]": 0}),
+        _mounts_to_change(view),
         f"Tolerance ±{PERCENT * view.tolerance:.0f} %, places ±{view.place_tolerance:g} mm.",
         wide=True,
     )
     designs = np.stack([view.front.robust.space.nominal, best])
     modes, travel = view.model.statics.modes(designs), view.model.statics(designs)[:, 0]
     limit = travel_limit(view.model, view.front.robust.space, view.allowed_travel)
-    price = pd.DataFrame(
-        {
-            "number": ["travel under 1 g [mm]", "lowest mode [Hz]", "highest mode [Hz]"],
-            "today": [travel[0], modes[0, 0], modes[0, -1]],
-            "after": [travel[1], modes[1, 0], modes[1, -1]],
-            "allowed": [f"≤ {limit.at_most:.2f}", "–", "–"],
-        }
+    price = price_table(
+        ["travel under 1 g [mm]", "lowest mode [Hz]", "highest mode [Hz]"],
+        today=[travel[0], modes[0, 0], modes[0, -1]],
+        after=[travel[1], modes[1, 0], modes[1, -1]],
+        allowed=[f"≤ {limit.at_most:.2f}", "–", "–"],
+        decimals=2,
     )
-    report.panel("What it costs", Table(price, "", {"today": 2, "after": 2}))
-    row = int(np.argmax(fleet.levels(designs[0]).max(axis=1)))
-    sounds, scale = run_up_sounds(
-        view.index.pressure(designs)[:, row], fleet.frequency, ("today", "after")
-    )
-    report.panel(
-        f"Hear {fleet.vehicles[row]}, the loudest today",
-        *sounds,
-        f"Run-up of the model, first order; full scale {scale:.2g} Pa in both. Use headphones.",
-    )
+    report.panel("What it costs", price)
+    report_loudest_sound(report, fleet, best, view.index.pressure, "first order")
     report.panel(
         "What to do next",
         Step("deboom run compressor_front --cars FOLDER", "the same with measured cars"),
@@ -367,22 +362,22 @@ def _louder_peak(view: MountFront, before: RealArray) -> str:
     return f"The quietest design without a louder peak is none-louder, {signed(change, 1)} dB. "
 
 
-def _mounts_to_change(view: MountFront) -> pd.DataFrame:
+def _mounts_to_change(view: MountFront) -> Table:
     """Tabulate each stiffness today and as chosen, what it brings alone, and its share."""
     best, nominal = view.best, view.front.robust.space.nominal
     today, build = _todays_and_new_stiffness(view)
     alone = np.where(np.eye(len(best), dtype=bool)[view.chosen], best, nominal)
     gains = view.fleet.mean(view.fleet.mean_levels(alone) - view.fleet.todays_levels)
-    return pd.DataFrame(
-        {
-            "stiffness": list(view.names),
-            "of today's [1]": build / today,
-            "build [N/mm]": build,
-            "today [N/mm]": today,
-            "alone [dB]": gains,
-            "share of the variance [%]": PERCENT * view.importance,
-        }
+    variance = "share of the variance [%]"
+    table = part_table(
+        view.names,
+        share=build / today,
+        today=today,
+        alone=gains,
+        decimals=1,
+        beside={variance: PERCENT * view.importance},
     )
+    return replace(table, decimals={**table.decimals, variance: 0})
 
 
 def _choice(report: Report, view: MountFront) -> None:
@@ -394,7 +389,12 @@ def _choice(report: Report, view: MountFront) -> None:
         else "Every mount has an axial and a radial stiffness of its own."
     )
     reached = view.travel(view.best) > 0.98 * view.allowed_travel
-    report.summary["travel_limit_reached"] = str(reached).lower()
+    report.number(
+        "travel_limit_reached",
+        str(reached).lower(),
+        "",
+        "whether best-mean travels as far as is allowed",
+    )
     report.section(
         "What to choose",
         f"{what} Mounts stand within ± {view.place_tolerance:g} mm of where they are drawn.\n\n"
@@ -556,7 +556,12 @@ def _trust(report: Report, view: MountFront) -> None:
             float(view.fleet.mean(change))
             for change in (view.exact, view.fleet.splv_change(view.best))
         )
-        report.summary["exact_mean_change_db"] = mean
+        report.number(
+            "exact_mean_change_db",
+            mean,
+            "dB",
+            "change of the mean level by best-mean in the exact virtual cars, without scatter",
+        )
         report.text(
             f"Without scatter best-mean changes the mean level by {signed(mean, 2)} dB in the "
             f"exact cars of the virtual bench, and by {signed(predicted, 2)} dB in the model."

@@ -58,17 +58,37 @@ def car_report(
         "does the sound come, and how reliable is the synthesis?",
     )
     errors, gains = sweep_errors(noise), measured_gain_table(noise)
-    report.summary |= error_summary(errors, gains) | {
-        "common_band_db": max(band.common_half_width for band in noise.bands),
-        "line_band_db": max(band.line_half_width for band in noise.bands),
-    }
-    report.summary |= {
-        "identical_mounts": "yes" if running.shares.identical else "no",
-        "n_alarms": len(noise.alarms),
-        "seconds": noise.seconds,
-    }
     levels, ways = level_table(noise), pd.concat(map(ranking, noise.sweeps), ignore_index=True)
-    _tiles(report, levels, ways, gains, drawn)
+    _loudest(report, levels, ways)
+    report_errors(report, errors, gains)
+    if drawn is not None:
+        report.number(
+            "drawn_gain_db_90_140",
+            float(drawn.gain),
+            "dB",
+            "by hoses that add at 90–140 Hz, in a drawn car",
+            headline="+.1f",
+        )
+    report.number(
+        "common_band_db",
+        max(band.common_half_width for band in noise.bands),
+        "dB",
+        "by how much all lines of a sweep may lie off together: half width, 90 %, the largest",
+    )
+    report.number(
+        "line_band_db",
+        max(band.line_half_width for band in noise.bands),
+        "dB",
+        "by how much each line may lie off besides: half width, 90 %, the largest",
+    )
+    report.number(
+        "identical_mounts",
+        "yes" if running.shares.identical else "no",
+        "",
+        "whether all mounts are one part",
+    )
+    report.number("n_alarms", len(noise.alarms), "", "alarms: reasons not to rely on the result")
+    report.number("seconds", noise.seconds, "s", "time from files to result, one processor")
     report.warn(*noise.alarms, *running.source.notices)
     report.assume(*running.car.assumed)
     report.inputs += inputs
@@ -103,84 +123,148 @@ def car_report(
     return report
 
 
-def _tiles(
-    report: Report,
-    levels: pd.DataFrame,
-    ways: pd.DataFrame,
-    gains: pd.DataFrame,
-    drawn: DrawnCar | None,
-) -> None:
-    """Show the loudest line, what brings most of it, how far it may be believed, and the hoses."""
+def _loudest(report: Report, levels: pd.DataFrame, ways: pd.DataFrame) -> None:
+    """Say how loud the loudest line is, and what brings most of it."""
     loudest = levels.nlargest(1, "synthesised [dB(A)]").iloc[0]
-    report.tile(
-        f"{loudest['synthesised [dB(A)]']:.0f} dB(A)",
-        f"the loudest line at the driver's ear, {loudest['speed [rpm]']:.0f} rpm, "
-        f"{loudest['sweep']}",
+    sweep, rpm = loudest["sweep"], f"{loudest['speed [rpm]']:.0f}"
+    report.number(
+        "loudest_line_db",
+        float(loudest["synthesised [dB(A)]"]),
+        "dB(A)",
+        f"the loudest line at the driver's ear, {rpm} rpm, {sweep}",
+        headline=".0f",
     )
     cut = "cut, the level changes by [dB]"
     bands = [band_words(band) for band in RANKED if in_band(loudest["frequency [Hz]"], band)]
     near = ways[(ways["sweep"] == loudest["sweep"]) & ways["band"].isin(bands)]
     for _, way in near.nsmallest(1, cut).iterrows():
-        report.tile(
-            way["point"],
-            f"contributes most in {way['band']} of this sweep: without it {signed(way[cut], 1)} dB",
+        band = way["band"]
+        report.number(
+            "loudest_way",
+            str(way["point"]),
+            "",
+            f"contributes most in {band} of the loudest sweep",
+            headline="s",
         )
-    for key, label in (
-        ("spl_peak_deviation_db", "largest deviation at a peak, soft hoses, outside 25–35 Hz"),
-        ("spl_90_140_p90_db_with_hoses", "90 of 100 lines at 90–140 Hz, hoses modelled"),
-        ("spl_90_140_p90_db_by_mounts", "the same, hoses left out"),
-    ):
-        if key in report.summary:
-            report.tile(f"{float(report.summary[key]):.1f} dB".replace("-", "−"), label)
-    if len(gains):
-        thesis = f"the thesis heard {THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB more"
-        beside = f"in drawn car {drawn.car} {signed(drawn.gain, 1)} dB; " if drawn else ""
-        report.tile(
-            f"{signed(float(report.summary['measured_gain_db_90_140']), 1)} dB",
-            f"by the hoses of this car at {band_words(HOSE_BAND)}, measured; {beside}{thesis}",
+        report.number(
+            "without_loudest_way_db",
+            float(way[cut]),
+            "dB",
+            "change of the level in that band without what contributes most",
+            headline="+.1f",
         )
 
 
-def error_summary(
-    errors: Sequence[SweepErrors], gain: pd.DataFrame
-) -> dict[str, float | int | str]:
-    """Headline errors; the docstring of the study has the keys."""
-    summary: dict[str, float | int | str] = {}
-    for suffix, hoses, only, without, by_mounts in (
-        ("", SOFT, None, MODES, False),
-        ("_25_35", SOFT, MODES, None, False),
-        ("_with_hoses", STANDARD, HOSE_BAND, None, False),
-        ("_by_mounts", STANDARD, HOSE_BAND, None, True),
-    ):
-        deviations = np.abs(
-            peak_deviations(errors, hoses, only=only, without=without, by_mounts=by_mounts)
+def report_errors(report: Report, errors: Sequence[SweepErrors], gain: pd.DataFrame) -> None:
+    """Say by how much synthesised levels lie off the measured ones; without a peak nothing."""
+    complete = all(error.complete for error in errors)  # else nobody modelled the hoses
+    off = np.abs(peak_deviations(errors, SOFT, without=MODES))
+    if off.size:
+        report.number(
+            "spl_peak_deviation_db",
+            float(off.max()),
+            "dB",
+            "largest deviation at a peak, soft hoses, outside 25–35 Hz",
+            headline=".1f",
         )
-        if deviations.size:
-            summary[f"spl_peak_deviation_db{suffix}"] = float(deviations.max())
-            summary[f"spl_peak_deviation_db{suffix}_median"] = float(np.median(deviations))
-    summary["n_peaks_without_partner"] = sum(
-        len(comparison.peaks.only_reference) for comparison in errors
+        report.number(
+            "spl_peak_deviation_db_median",
+            float(np.median(off)),
+            "dB",
+            "median deviation at a peak, soft hoses, outside 25–35 Hz",
+        )
+    off = np.abs(peak_deviations(errors, SOFT, only=MODES))
+    if off.size:
+        report.number(
+            "spl_peak_deviation_db_25_35",
+            float(off.max()),
+            "dB",
+            "largest deviation at a peak, soft hoses, at 25–35 Hz",
+        )
+        report.number(
+            "spl_peak_deviation_db_25_35_median",
+            float(np.median(off)),
+            "dB",
+            "median deviation at a peak, soft hoses, at 25–35 Hz",
+        )
+    off = np.abs(peak_deviations(errors, STANDARD, only=HOSE_BAND))
+    if off.size and complete:
+        report.number(
+            "spl_peak_deviation_db_with_hoses",
+            float(off.max()),
+            "dB",
+            "largest deviation at a peak, standard hoses modelled, at 90–140 Hz",
+        )
+        report.number(
+            "spl_peak_deviation_db_with_hoses_median",
+            float(np.median(off)),
+            "dB",
+            "median deviation at a peak, standard hoses modelled, at 90–140 Hz",
+        )
+    off = np.abs(peak_deviations(errors, STANDARD, only=HOSE_BAND, by_mounts=True))
+    if off.size:
+        report.number(
+            "spl_peak_deviation_db_by_mounts",
+            float(off.max()),
+            "dB",
+            "largest deviation at a peak, standard hoses left out, at 90–140 Hz",
+        )
+        report.number(
+            "spl_peak_deviation_db_by_mounts_median",
+            float(np.median(off)),
+            "dB",
+            "median deviation at a peak, standard hoses left out, at 90–140 Hz",
+        )
+    report.number(
+        "n_peaks_without_partner",
+        sum(len(comparison.peaks.only_reference) for comparison in errors),
+        "",
+        "measured peaks without a synthesised one",
     )
-    for name, by_mounts in (("with_hoses", False), ("by_mounts", True)):
-        lines = [
-            np.abs((error.lines_by_mounts if by_mounts else error.lines)[high])
-            for error in errors
-            if error.hoses is STANDARD and (high := in_band(error.frequency, HOSE_BAND)).any()
-        ]
-        if lines:
-            off = float(np.percentile(np.concatenate(lines), 90))
-            summary[f"spl_90_140_p90_db_{name}"] = off
+    high = [error for error in errors if error.hoses is STANDARD]
+    at = [in_band(error.frequency, HOSE_BAND) for error in high]
+    of_lines = [np.abs(error.lines[rows]) for error, rows in zip(high, at, strict=True)]
+    by_mounts = [np.abs(error.lines_by_mounts[rows]) for error, rows in zip(high, at, strict=True)]
+    if any(rows.any() for rows in at) and complete:
+        report.number(
+            "spl_90_140_p90_db_with_hoses",
+            float(np.percentile(np.concatenate(of_lines), 90)),
+            "dB",
+            "90 of 100 lines at 90–140 Hz lie off by less, hoses modelled",
+            headline=".1f",
+        )
+    if any(rows.any() for rows in at):
+        report.number(
+            "spl_90_140_p90_db_by_mounts",
+            float(np.percentile(np.concatenate(by_mounts), 90)),
+            "dB",
+            "90 of 100 lines at 90–140 Hz lie off by less, hoses left out",
+            headline=".1f",
+        )
     if len(gain):
         error = (gain["synthesised gain [dB]"] - gain["measured gain [dB]"]).abs()
-        summary["measured_gain_db_90_140"] = float(gain["measured gain [dB]"].median())
-        summary["measured_gain_error_db_90_140"] = float(error.max())
+        report.number(
+            "measured_gain_db_90_140",
+            float(gain["measured gain [dB]"].median()),
+            "dB",
+            "by standard hoses at 90–140 Hz, measured against soft ones, median; the thesis heard "
+            "5 to 10 dB",
+            headline="+.1f",
+        )
+        report.number(
+            "measured_gain_error_db_90_140",
+            float(error.max()),
+            "dB",
+            "largest error of the synthesis of the hoses' gain",
+        )
     inside = [error.inside for error in errors if error.complete]
     if inside:
-        summary["lines_in_band_percent"] = 100 * float(np.mean(inside))
-    if not all(error.complete for error in errors):
-        # nobody modelled the hoses
-        return {key: value for key, value in summary.items() if "with_hoses" not in key}
-    return summary
+        report.number(
+            "lines_in_band_percent",
+            100 * float(np.mean(inside)),
+            "%",
+            "louder lines inside the 90 % band",
+        )
 
 
 def level_table(noise: CarNoise) -> pd.DataFrame:

@@ -359,17 +359,39 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
         "Do the levels of groups and vehicles of a platform rise and fall together when mount "
         "stiffnesses change, so that one group can represent the others?",
     )
-    _family_tile(report, study)
     pair = " and ".join(by_group.designs.names[place] for place in worst)
-    report.tile(f"r ≥ {r_min:.2f}", f"between the means of any two groups, least {pair}")
     _answer(report, study, f"the means of any two groups correlate by {r_min:.2f} or more ({pair})")
-    report.summary |= {
-        "r_group_min": r_min,
-        "r_group_min_from": float(by_group.designs.pearson_low[worst]),
-        "r_group_min_to": float(by_group.designs.pearson_high[worst]),
-        "r_group_min_means": float(by_group.means.among(by_group.means.names).min()),
-        "r_group_min_tolerance": float(by_group.scatter.among(by_group.scatter.names).min()),
-    }
+    report.number(
+        "r_group_min",
+        r_min,
+        "1",
+        "least correlation of two groups over the designs",
+        headline=".2f",
+    )
+    report.number(
+        "r_group_min_from",
+        float(by_group.designs.pearson_low[worst]),
+        "1",
+        "lower end of the 95 % interval of r_group_min",
+    )
+    report.number(
+        "r_group_min_to",
+        float(by_group.designs.pearson_high[worst]),
+        "1",
+        "upper end of the 95 % interval of r_group_min",
+    )
+    report.number(
+        "r_group_min_means",
+        float(by_group.means.among(by_group.means.names).min()),
+        "1",
+        "least correlation of the means of two groups over the scatter",
+    )
+    report.number(
+        "r_group_min_tolerance",
+        float(by_group.scatter.among(by_group.scatter.names).min()),
+        "1",
+        "least correlation of the scatter of two groups",
+    )
     sizes = ", ".join(f"{name} ({len(members)})" for name, members in study.groups.items())
     report.section(
         "Groups", f"The index of a group is the mean over its vehicles: {sizes}.", leads=True
@@ -477,7 +499,6 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
         f"Do {', '.join(study.names)} rise and fall together when mount stiffnesses change, so "
         "that one mount set can serve them all?",
     )
-    _family_tile(report, study)
     others: tuple[str, ...] = ()
     if len(study.names) > 2:
         held = "has" if apart else "is least alike,"
@@ -485,19 +506,26 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
         others = tuple(name for name in study.names if name != apart)
         alike = float(designs.among(others).min())
         mean = float(designs.between(apart, others).mean())
-        report.tile(
-            apart, f"is least alike: r = {mean:.2f} with the others, which have {alike:.3f} or more"
-        )
         _answer(
             report,
             study,
             f"{apart} {held} r = {mean:.2f} with the others, which have {alike:.2f} or more",
         )
-        report.summary["apart"] = apart
-        for suffix, of in zip(("", "_means", "_tolerance"), kinds.values(), strict=True):
-            report.summary[f"r_{key_of(others)}_min{suffix}"] = float(of.among(others).min())
-            report.summary[f"r_{key_of([apart])}_mean{suffix}"] = float(
-                of.between(apart, others).mean()
+        report.number("apart", apart, "", "vehicle that is compared with the others", headline="s")
+        one, rest = key_of([apart]), key_of(others)
+        for kind, of in zip(("", "_means", "_tolerance"), kinds.values(), strict=True):
+            report.number(
+                f"r_{rest}_min{kind}",
+                float(of.among(others).min()),
+                "1",
+                "least correlation of two of the others: over designs, their means, their scatter",
+            )
+            report.number(
+                f"r_{one}_mean{kind}",
+                float(of.between(apart, others).mean()),
+                "1",
+                "mean correlation of the one vehicle with the others: over designs, their means, "
+                "their scatter",
             )
     shift = np.max([np.abs(of.pearson - designs.pearson) for of in kinds.values()])
     report.section(
@@ -521,12 +549,21 @@ def _begun(study: CorrelationStudy, title: str, question: str) -> Report:
     report = Report(title, question)
     report.explain("booming noise", "SPL", "SPLV", "stiffness factor", "tolerance", "σ")
     report.explain("noise transfer function", "correlation", "family of vehicles")
-    report.summary |= {
-        "n_designs": len(doe),
-        "n_failed": doe.n_failed,
-        "n_families": len(study.families.members),
-        "r_vehicle_min": float(study.by_vehicle.designs.among(study.names).min()),
-    }
+    report.number(
+        "n_families",
+        len(study.families.members),
+        "",
+        "families of vehicles that one mount set quietens alike",
+        headline="d",
+    )
+    report.number("n_designs", len(doe), "", "designs evaluated")
+    report.number("n_failed", doe.n_failed, "", "designs that could not be computed")
+    report.number(
+        "r_vehicle_min",
+        float(study.by_vehicle.designs.among(study.names).min()),
+        "1",
+        "least correlation of two vehicles over the designs",
+    )
     report.facts |= {"plan": study.plan, "kernel": study.index.kernel}
     report.inputs += [*platform.input_files, *study.inputs]
     cases = ", ".join(
@@ -555,15 +592,6 @@ def _begun(study: CorrelationStudy, title: str, question: str) -> Report:
     )
     report.table("doe", doe_frame(doe))
     return report
-
-
-def _family_tile(report: Report, study: CorrelationStudy) -> None:
-    """Say which vehicles can share mounts: how many families, and who stands alone."""
-    members = study.families.members
-    alone = [names[0] for names in members if len(names) == 1]
-    title = "1 family" if len(members) == 1 else f"{len(members)} families"
-    stand = f"; alone: {', '.join(alone)}" if alone and len(members) > 1 else ""
-    report.tile(title, f"of vehicles that one mount set quietens alike{stand}")
 
 
 def _append_clouds(

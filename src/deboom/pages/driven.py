@@ -10,7 +10,11 @@ import pandas as pd
 from deboom.arrays import RealArray
 from deboom.files.front_run import design_name
 from deboom.measurement.booming_peaks import TOLERANCE
-from deboom.pages.front_answer import expected_numbers, expected_on_average, expected_sentence
+from deboom.pages.front_answer import (
+    expected_on_average,
+    expected_sentence,
+    report_expected_numbers,
+)
 from deboom.pages.supplier_study import SupplierStudy
 from deboom.plot.style import signed
 from deboom.report import Report, Step, Table
@@ -63,13 +67,11 @@ def driven_report(
     count = f"{kept} of {len(peaks)}"
     if undecided:
         report.warn("One drive each: the uncertainty of the measured change is not known.")
-        report.tile("not decided", "one drive of each state does not say how far drives differ")
         decided = "Not decided whether"
         sure = (
             "One drive of each state does not say how far drives differ: drive each twice or more."
         )
     else:
-        report.tile(count, "booming peaks changed as predicted")
         decided = count
         sure = (
             "Peaks: both half widths hold 95 %; a difference within both is as predicted by the "
@@ -84,9 +86,10 @@ def driven_report(
             f"{how_many} vehicles changed as expected: {signed(changes[0], 1)} dB measured on "
             f"average, {expected_on_average(expected, changes[1])}. "
         )
-        report.summary["n_as_expected"] = as_expected
+        report.number(
+            "n_as_expected", as_expected, "", "vehicles that changed as expected", headline="d"
+        )
     report.assume(*drives.study.run.assumed)
-    report.tile(*average)
     report.answer(
         f"{of_vehicles}{decided} booming peaks changed as predicted: {' '.join(average)}.",
         expected_sentence(expected, changes[1]),
@@ -103,10 +106,37 @@ def driven_report(
     )
     report.table("driven", peaks, "Every booming peak with today's parts.")
     report.table("vehicles", vehicles)
-    report.summary |= {"n_peaks": len(peaks), "n_as_predicted": kept, "n_not_decided": undecided}
-    report.summary |= {"measured_change_db": means[0], "predicted_change_db": means[1]}
-    report.summary["measured_mean_change_db"] = changes[0]
-    report.summary |= expected_numbers(expected, drives.study.vehicles)
+    report.number("n_peaks", len(peaks), "", "booming peaks measured with today's parts")
+    report.number(
+        "n_as_predicted", kept, "", "booming peaks that changed as predicted", headline="d"
+    )
+    report.number(
+        "n_not_decided",
+        undecided,
+        "",
+        "booming peaks not decided: all where each state has a single drive",
+    )
+    report.number(
+        "measured_change_db",
+        means[0],
+        "dB",
+        "measured change of the booming peaks, mean",
+        headline="+.1f",
+    )
+    report.number(
+        "predicted_change_db",
+        means[1],
+        "dB",
+        "change of the booming peaks in the model, mean",
+        headline="+.1f",
+    )
+    report.number(
+        "measured_mean_change_db",
+        changes[0],
+        "dB",
+        "measured change of the mean level, mean of the vehicles",
+    )
+    report_expected_numbers(report, expected, drives.study.vehicles)
     report.inputs += sorted(path for path in folder.iterdir() if path.is_file())
     return report
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from deboom import plot
-from deboom.arrays import RealArray
+from deboom.arrays import PERCENT, RealArray
 from deboom.explore.choices import Pick
 from deboom.explore.result import Front
 from deboom.files.front_table import facts_of, tables_of
@@ -35,6 +36,52 @@ def report_front(
             for place, (column, texts) in enumerate((beside or {}).items(), start=2):
                 frame.insert(place, column, texts)
         report.table(name, frame)
+
+
+def front_numbers(report: Report, fleet: FleetFront, build: str) -> None:
+    """Say the numbers that every front has: what to build, peaks, scatter, verification, search.
+
+    - `build`: what best-mean consists of, in a few words.
+    """
+    front = fleet.front
+    report.number("build", build, "", "best-mean: what to build", headline="s")
+    peaks = fleet.peak_changes(front.pick_designs[Pick.best_mean]).values()
+    rises = [peak.level_after - peak.level_before for changes in peaks for peak in changes]
+    if rises:
+        report.number(
+            "largest_rise_db",
+            max(rises),
+            "dB",
+            "change of the booming peak that changes for the worst, in the model",
+            headline="+.1f",
+        )
+    for name, row in front.picks.items():
+        ratio = front.values.sigma_sum[row] / front.baseline.sigma_sum[0]
+        pick = re.sub(r"\W+", "_", name)
+        report.number(
+            f"sigma_change_percent_{pick}",
+            PERCENT * (ratio - 1.0),
+            "%",
+            f"change of the scatter σ of the mean level by {name}",
+            headline="+.0f" if name == Pick.best_mean else "",
+        )
+    report.number(
+        "sigma_bias_percent",
+        front.sigma_bias_percent,
+        "%",
+        "error of σ in the search: search - verification",
+    )
+    report.number(
+        "mean_bias_db_per_line",
+        front.mean_bias * front.per_line,
+        "dB",
+        "error of the mean level in the search: search - verification",
+    )
+    search = front.search
+    report.number("n_front", len(search.front), "", "designs on the front of the search")
+    report.number("n_evaluated", search.n_evaluated, "", "designs that the search evaluated")
+    report.number("n_failed", search.n_failed, "", "designs that could not be computed")
+    report.number("seconds_search", round(search.seconds, 3), "s", "time of the search")
 
 
 PANELS = 24

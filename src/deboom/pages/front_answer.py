@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -13,7 +13,7 @@ from deboom.files.sound import run_up_files
 from deboom.measurement.booming_peaks import PeakChange
 from deboom.mounts.mount import Mount
 from deboom.plot.style import signed
-from deboom.report import Report, Sound
+from deboom.report import Report, Sound, Table
 from deboom.vehicles.expected_change import SHARE, ExpectedChange, Information, Interval
 from deboom.vehicles.fleet_front import COMMON_PERCENTILE, FleetFront
 from deboom.vehicles.free_directions import NOTICEABLE
@@ -241,17 +241,41 @@ def _ends(interval: Interval) -> str:
     return f"{signed(float(interval.low), 1)} to {signed(float(interval.high), 1)}"
 
 
-def expected_numbers(expected: ExpectedChange | str, vehicles: Sequence[str]) -> dict[str, float]:
-    """Return the keys of summary.json of one design: vehicles, their mean, the worst [dB]."""
+def report_expected_numbers(
+    report: Report, expected: ExpectedChange | str, vehicles: Sequence[str]
+) -> None:
+    """Say what is expected of one design: in each vehicle, on average, where it gains least."""
     if isinstance(expected, str):
-        return {}
+        return
+    report.number(
+        "expected_change_db_mean",
+        float(expected.mean.expected),
+        "dB",
+        "expected change of the mean level at the driver's ear, mean of the vehicles",
+        headline="+.1f",
+    )
     parts = {name: expected.cars.of(row) for row, name in enumerate(vehicles)}
-    numbers: dict[str, float] = {}
-    for name, part in {**parts, "mean": expected.mean, "worst": expected.worst}.items():
-        key = f"expected_change_db_{name}"
-        numbers |= {key: float(part.expected), f"{key}_low": float(part.low)}
-        numbers[f"{key}_high"] = float(part.high)
-    return numbers
+    parts["worst"] = expected.worst
+    for vehicle, part in parts.items():
+        report.number(
+            f"expected_change_db_{vehicle}",
+            float(part.expected),
+            "dB",
+            "expected change of the mean level in the vehicle; worst: in that which gains least",
+        )
+    for vehicle, part in {**parts, "mean": expected.mean}.items():
+        report.number(
+            f"expected_change_db_{vehicle}_low",
+            float(part.low),
+            "dB",
+            "lower end of the 90 % interval of the vehicle's expected change",
+        )
+        report.number(
+            f"expected_change_db_{vehicle}_high",
+            float(part.high),
+            "dB",
+            "upper end of the 90 % interval of the vehicle's expected change",
+        )
 
 
 def report_expected(
@@ -294,12 +318,70 @@ def _half(value: float) -> str:
     return f"{value:.2f}" if value < TWO_DIGITS else f"{value:.1f}"
 
 
-def run_up_sounds(
-    pressure: ComplexArray, frequency: RealArray, names: Sequence[str]
-) -> tuple[list[Sound], float]:
-    """Return run-ups of one ear, a sound for each name, and the pressure of full scale [Pa].
+def report_loudest_sound(
+    report: Report,
+    fleet: FleetFront,
+    design: RealArray,
+    pressure: Callable[[RealArray], ComplexArray],
+    run_up: str,
+) -> None:
+    """Let the reader hear the vehicle with the loudest line today, before and after.
 
-    - `pressure` (n, n_frequency): complex peak amplitudes [Pa].
+    - `pressure`: from designs (n, k) to complex peak amplitudes (n, v, n_frequency) [Pa].
+    - `run_up`: what is heard, in words.
     """
-    files, scale = run_up_files(pressure, frequency, SOUND_SECONDS, SOUND_RATE)
-    return [Sound(name, wav) for name, wav in zip(names, files, strict=True)], scale
+    both = np.stack([fleet.today, design])
+    row = int(fleet.levels(fleet.today).max(axis=1).argmax())
+    files, scale = run_up_files(pressure(both)[:, row], fleet.frequency, SOUND_SECONDS, SOUND_RATE)
+    report.panel(
+        f"Hear {fleet.vehicles[row]}, the loudest today",
+        *(Sound(name, wav) for name, wav in zip(("today", "after"), files, strict=True)),
+        f"Run-up of the model, {run_up}; full scale {scale:.2g} Pa in both. Use headphones.",
+    )
+
+
+def part_table(
+    parts: Sequence[str],
+    *,
+    share: RealArray,
+    today: RealArray,
+    alone: RealArray,
+    decimals: int,
+    beside: Mapping[str, Sequence[object] | RealArray],
+) -> Table:
+    """Tabulate the stiffnesses that change.
+
+    - `share` (n,): new over today's [1]; `today` (n,): [N/mm], with `decimals`; `alone` (n,): what
+      each alone brings [dB].
+    - `beside`: further columns.
+    """
+    frame = pd.DataFrame(
+        {
+            "part": list(parts),
+            "of today's [1]": share,
+            "build [N/mm]": share * today,
+            "today [N/mm]": today,
+            "alone [dB]": alone,
+            **beside,
+        }
+    )
+    places = {"build [N/mm]": decimals, "today [N/mm]": decimals}
+    return Table(frame, "", {"of today's [1]": 2, "alone [dB]": 1, **places})
+
+
+def price_table(
+    numbers: Iterable[str],
+    *,
+    today: Iterable[float],
+    after: Iterable[float],
+    allowed: Iterable[str] | None,
+    decimals: int,
+) -> Table:
+    """Tabulate what a design costs in sag, travel and modes, beside what is allowed.
+
+    - `allowed` or None: in words, where limits were stated.
+    """
+    frame = pd.DataFrame({"number": list(numbers), "today": list(today), "after": list(after)})
+    if allowed is not None:
+        frame["allowed"] = list(allowed)
+    return Table(frame, "", {"today": decimals, "after": decimals})

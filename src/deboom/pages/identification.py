@@ -95,25 +95,53 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
         )
     if first.identical is not None and not first.identical.identical_holds:
         report.warn(first.identical.statement)
-    report.summary["mass_kg"] = identification.calibrated.model.mass
+    report.number("mass_kg", identification.calibrated.model.mass, "kg", "mass", headline=".3f")
     if first.truth is not None:
         error = errors_of(identification, first.truth)
-        report.summary |= {
-            "cog_error_mm": 1e3 * error.centre,
-            "inertia_error_percent": 100 * error.inertia,
-            "k_vp_error_percent": 100 * error.stiffness,
-        }
+        report.number(
+            "cog_error_mm",
+            1e3 * error.centre,
+            "mm",
+            "error of the centre of gravity, where the truth is known",
+        )
+        report.number(
+            "inertia_error_percent",
+            100 * error.inertia,
+            "%",
+            "error of the worst moment of inertia, where the truth is known",
+        )
+        report.number(
+            "k_vp_error_percent",
+            100 * error.stiffness,
+            "%",
+            "error of the stiffness at the virtual point, where the truth is known",
+        )
     if first.thesis is not None:
-        seen = first.thesis.seen
-        report.tile(f"{seen.rank} of {len(seen.names)}", "numbers of the thesis that are seen")
-        report.summary["jacobian_rank"] = seen.rank
+        report.number(
+            "jacobian_rank",
+            first.thesis.seen.rank,
+            "",
+            "combinations of the thesis's 44 numbers that the test sees",
+            headline="d",
+        )
     condition = condition_at_100_hz(first)
-    report.summary |= {
-        "reduced_chi2": chi**2,
-        "n_alarms": len(identification.alarms),
-        "condition_scaled_100hz": condition,
-        "seconds": first.seconds,
-    }
+    report.number(
+        "reduced_chi2",
+        chi**2,
+        "1",
+        "residuals over their noise, squared; alarm above 2.25",
+        headline=".2f",
+    )
+    report.number(
+        "n_alarms", len(identification.alarms), "", "alarms: reasons not to rely on the result"
+    )
+    report.number(
+        "condition_scaled_100hz",
+        condition,
+        "1",
+        "condition of the measured inertance at 100 Hz, rotations scaled by the radius of gyration",
+    )
+    report.number("seconds", first.seconds, "s", "time of the identification")
     report.facts["characteristic_length_m"] = identification.length
     report.inputs += inputs
     report.document(MODEL_FILE, compressor_document(identification, first.inputs_sha256))
@@ -135,9 +163,6 @@ def _answer(report: Report, identification: Identification) -> None:
     model, chi = identification.calibrated.model, identification.calibrated.reduced_chi
     mass = identification.table.set_index("quantity").loc["mass"]
     place = ", ".join(f"{1e3 * value:.1f}".replace("-", "−") for value in model.centre)
-    report.tile(f"{model.mass:.3f} kg", "mass")
-    report.tile(f"{chi:.2f}", f"residuals over noise; alarm above {ALARM:g}")
-    report.tile(f"{place} mm", "centre of gravity, axes of the position sheet")
     report.answer(
         f"{model.mass:.3f} ± {WIDE_BAND * mass['standard deviation']:.2g} kg, centre of gravity at "
         f"{place} mm; "
@@ -669,18 +694,22 @@ def free_body_report(
     report = Report(
         f"Free body: {test.name}", "Which mass, centre of gravity and inertia has this body?"
     )
-    report.tile(f"{free.body.mass:.3f} ± {free.deviation[0]:.2g} kg", "mass, 1 σ")
-    low, high = free.band
-    report.tile(f"{low:g}–{high:g} Hz", "lines of the fit")
     report.assume(*test.assumed)
     if test.weighed_mass is None:
         report.warn("Not weighed: a gain that all channels share looks like mass. Weigh it.")
-    report.summary |= {
-        "mass_kg": free.body.mass,
-        "mass_deviation_kg": float(free.deviation[0]),
-        "misfit": free.misfit,
-        "n_alarms": 0,
-    }
+    report.number("mass_kg", free.body.mass, "kg", "mass", headline=".3f")
+    report.number(
+        "mass_deviation_kg",
+        float(free.deviation[0]),
+        "kg",
+        "standard deviation of the mass",
+        headline=".2g",
+    )
+    low, high = free.band
+    report.number("fit_from_hz", low, "Hz", "first line of the fit", headline="g")
+    report.number("fit_to_hz", high, "Hz", "last line of the fit", headline="g")
+    report.number("misfit", free.misfit, "1", "residuals over their noise")
+    report.number("n_alarms", 0, "", "alarms: reasons not to rely on the result")
     report.inputs += test.input_files
     table = free.table
     if truth is not None:

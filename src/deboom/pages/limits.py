@@ -46,7 +46,12 @@ def report_limits(report: Report, front: Front) -> None:
             f"the lines, and loudest lines. {_misses_in_words(_missed_levels(front))}",
         )
     report.table("beyond_limits", _beyond(front.search, front.variables, limits))
-    report.summary["n_beyond_limits"] = int(front.search.infeasible.sum())
+    report.number(
+        "n_beyond_limits",
+        int(front.search.infeasible.sum()),
+        "",
+        "evaluated designs that miss a limit",
+    )
 
 
 def _limits_in_words(front: Front) -> str:

@@ -55,8 +55,7 @@ def look_report(folder: Path) -> Report:
     report = Report(
         f"First look: {folder.resolve().name}", "What is in this folder, and does it look right?"
     )
-    report.summary["n_faults"] = len(faults)
-    report.tile(str(len(faults)), "faults that deboom check names")
+    report.number("n_faults", len(faults), "", "faults that deboom check names", headline="d")
     held = Report("", "")
     drawn = _DRAWN[kind](held, folder)
     report.warn(*faults)

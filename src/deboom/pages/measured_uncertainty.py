@@ -26,11 +26,10 @@ from deboom.measurement.uncertainty import (
 from deboom.pages.front import drawn_rows, left_out, report_cells
 from deboom.pages.front_answer import (
     expected_column,
-    expected_numbers,
     expected_on_average,
     expected_sentence,
-    expected_words,
     report_expected,
+    report_expected_numbers,
 )
 from deboom.pages.motion import motion_report
 from deboom.plot import IntervalPanel
@@ -152,7 +151,6 @@ def uncertainty_report(repeated: Repeated, inputs: Sequence[Path]) -> Report:
     )
     report.inputs += inputs
     report.facts |= {"kernel": repeated.index.kernel, "draws": repeated.n_draws}
-    _tiles(report, answer)
     report.answer(*_answer_in_words(answer))
     _panels(report, answer)
     sources = answer.sources
@@ -164,7 +162,7 @@ def uncertainty_report(repeated: Repeated, inputs: Sequence[Path]) -> Report:
         else "",
         *motion_report(repeated.index, repeated.rows[:1]).warnings,
     )
-    report.summary |= _summary(answer)
+    _numbers(report, answer)
     _levels(report, answer)
     report.section(
         "Where it comes from",
@@ -175,26 +173,6 @@ def uncertainty_report(repeated: Repeated, inputs: Sequence[Path]) -> Report:
     report_expected(report, repeated.expected, picks, repeated.vehicles)
     _next(report, answer.following)
     return report
-
-
-def _tiles(report: Report, answer: _Answer) -> None:
-    """Show change, level and what to measure."""
-    change, level, row, half = answer.change, answer.level, answer.row, answer.half_width
-    if not isinstance(answer.expected, str):
-        report.tile(
-            expected_words(answer.expected.mean), f"expected of the mean level, {answer.design}"
-        )
-    report.tile(
-        f"{signed(float(change.value[row]), 2)} ± {half:.2f} dB",
-        f"change of the mean level in the model, {answer.design}",
-    )
-    report.tile(f"{level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A)", "mean level, today's")
-    quieter = PERCENT * answer.repeated.quieter[row]
-    report.tile(f"{quieter:.0f} %", f"{answer.design} is quieter than today's")
-    if answer.is_sure:
-        report.tile("nothing", f"to be measured for these vehicles: ±{half:.2f} dB is not heard")
-    else:
-        report.tile(f"−{answer.gain:.0f} %", f"of the change's interval by: {answer.nearest}")
 
 
 def _answer_in_words(answer: _Answer) -> tuple[str, ...]:
@@ -257,26 +235,90 @@ def _panels(report: Report, answer: _Answer) -> None:
     )
 
 
-def _summary(answer: _Answer) -> dict[str, Any]:
-    """Return the numbers of summary.json."""
+def _numbers(report: Report, answer: _Answer) -> None:
+    """Say level and change with their intervals, and what to measure next."""
     repeated, level, change, row = answer.repeated, answer.level, answer.change, answer.row
-    summary = {
-        "level_db": float(level.value[0]),
-        "level_half_width_db": float(level.half_width[0]),
-        "change_db": float(change.value[row]),
-        "change_lower_db": float(change.lower[row]),
-        "change_upper_db": float(change.upper[row]),
-        "change_half_width_db": answer.half_width,
-        "probability_quieter": float(repeated.quieter[row]),
-        "next_measurement": answer.nearest,
-        "next_narrower_percent": answer.gain,
-        "next_measurement_series": answer.nearest_of_scope,
-        "next_narrower_percent_series": answer.gain_of_scope,
-    }
+    report.number(
+        "level_db",
+        float(level.value[0]),
+        "dB(A)",
+        "today's mean level, mean of the vehicles",
+        headline=".1f",
+    )
+    report.number(
+        "level_half_width_db",
+        float(level.half_width[0]),
+        "dB",
+        "half width of the 90 % interval of level_db by errors of measurement",
+    )
+    report.number(
+        "change_db",
+        float(change.value[row]),
+        "dB",
+        "change of the mean level by best-mean in the model",
+        headline="+.2f",
+    )
+    report.number(
+        "change_lower_db",
+        float(change.lower[row]),
+        "dB",
+        "lower end of the 90 % interval of change_db by errors of measurement",
+    )
+    report.number(
+        "change_upper_db",
+        float(change.upper[row]),
+        "dB",
+        "upper end of the 90 % interval of change_db by errors of measurement",
+    )
+    report.number(
+        "change_half_width_db",
+        answer.half_width,
+        "dB",
+        "half width of the 90 % interval of change_db by errors of measurement",
+        headline=".2f",
+    )
+    report.number(
+        "probability_quieter",
+        float(repeated.quieter[row]),
+        "1",
+        "probability that best-mean is quieter than today's, by errors of measurement",
+        headline=".2f",
+    )
+    report.number(
+        "next_measurement",
+        answer.nearest,
+        "",
+        "what to measure next for these vehicles",
+        headline="" if answer.is_sure else "s",
+    )
+    report.number(
+        "next_narrower_percent",
+        answer.gain,
+        "%",
+        "by how much next_measurement narrows the interval of the change",
+        headline="" if answer.is_sure else ".0f",
+    )
+    report.number(
+        "next_measurement_series",
+        answer.nearest_of_scope,
+        "",
+        "what to measure next for any vehicle and load case",
+    )
+    report.number(
+        "next_narrower_percent_series",
+        answer.gain_of_scope,
+        "%",
+        "by how much next_measurement_series narrows the interval of the change",
+    )
     of_vehicles = repeated.interval(lambda drawn: _change(drawn.level)).half_width[row]
     for vehicle, half in zip(repeated.vehicles, of_vehicles, strict=True):
-        summary[f"change_half_width_db_{vehicle}"] = float(half)
-    return summary | expected_numbers(answer.expected, repeated.vehicles)
+        report.number(
+            f"change_half_width_db_{vehicle}",
+            float(half),
+            "dB",
+            "half width of the 90 % interval of the vehicle's change by errors of measurement",
+        )
+    report_expected_numbers(report, answer.expected, repeated.vehicles)
 
 
 @dataclass(frozen=True, eq=False)

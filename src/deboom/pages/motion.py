@@ -38,13 +38,34 @@ class MotionReport:
 
     - `warnings`: for the top of the page; `text`: what was checked, may be empty.
     - `terms`: glossary entries that take the place of others.
-    - `summary`: keys ``design_factor``, ``held_amplitude_share`` and ``held_preload_share``.
+    - `factor`: what a stiffness factor means.
+    - `held_amplitude`, `held_preload`: shares beyond what response surfaces are backed for [1];
+      None without surfaces.
     """
 
     warnings: tuple[str, ...]
     text: str
     terms: dict[str, str]
-    summary: dict[str, str | float]
+    factor: str
+    held_amplitude: float | None = None
+    held_preload: float | None = None
+
+    def report_numbers(self, report: Report) -> None:
+        """Say what a stiffness factor means, and which shares lie beyond the response surfaces."""
+        report.number("design_factor", self.factor, "", "what a stiffness factor means")
+        if self.held_amplitude is not None:
+            report.number(
+                "held_amplitude_share",
+                self.held_amplitude,
+                "1",
+                "share of the lines and directions whose amplitude lies beyond the surfaces' data",
+            )
+            report.number(
+                "held_preload_share",
+                self.held_preload,
+                "1",
+                "share of the static forces that lie beyond the surfaces' data",
+            )
 
 
 def motion_name(index: BoomingModel) -> str:
@@ -63,16 +84,13 @@ def motion_report(index: BoomingModel, designs: RealArray) -> MotionReport:
     factor = factor_name(index)
     prescribed = (MOTION_WARNING,) if index.motion is Motion.prescribed else ()
     meaning = PART_WARNING if factor == Factor.part.value else FACTOR_WARNING
-    summary: dict[str, str | float] = {"design_factor": factor}
     terms = {"prescribed motion": f"{motion_name(index)} motion"}
     if factor == Factor.part.value:
         terms["stiffness factor"] = "stiffness factor of a part"
     by_surface = [case for case in index.cases if isinstance(case, AmplitudeMotion)]
     if not by_surface:
-        return MotionReport((*prescribed, meaning), "", terms, summary)
+        return MotionReport((*prescribed, meaning), "", terms, factor)
     held_amplitude, held_preload = index.clipped(designs)
-    summary["held_amplitude_share"] = held_amplitude
-    summary["held_preload_share"] = held_preload
     texts, alarms = [], []
     if index.motion is Motion.amplitude:
         texts.append(
@@ -103,15 +121,22 @@ def motion_report(index: BoomingModel, designs: RealArray) -> MotionReport:
             "stiffnesses named for the supplier are those at today's static deflection; under load "
             "the part rides elsewhere."
         )
-    return MotionReport((meaning, *alarms), "\n\n".join(texts), terms, summary)
+    return MotionReport(
+        warnings=(meaning, *alarms),
+        text="\n\n".join(texts),
+        terms=terms,
+        factor=factor,
+        held_amplitude=held_amplitude,
+        held_preload=held_preload,
+    )
 
 
 def report_runs(report: Report, runs: Runs) -> None:
     """Add to a report how far surfaces and spectra agree, and print it on standard error.
 
-    The report gets a table ``surface_check``, the key ``surface_difference_at_peaks_db``, a
-    section, and a warning where they do not agree; nothing if forces are the measured ones. It
-    also says on which defaults the forces rest and what coupled motion lacks.
+    The report gets a table ``surface_check``, a number, a section, and a warning where they do not
+    agree; nothing if forces are the measured ones. It also says on which defaults the forces rest
+    and what coupled motion lacks.
     """
     report.assume(*runs.assumed)
     report.warn(runs.not_coupled)
@@ -153,7 +178,12 @@ def report_runs(report: Report, runs: Runs) -> None:
         else "With today's mounts. corr_f: difference in shape of the complex pressures, 0 is none."
     )
     report.table("surface_check", check.table, caption, {"corr_f [1]": 5})
-    report.summary["surface_difference_at_peaks_db"] = check.at_peaks
+    report.number(
+        "surface_difference_at_peaks_db",
+        check.at_peaks,
+        "dB",
+        "largest difference of booming peaks: forces by the response surfaces against spectra",
+    )
     if not check.agrees:
         report.warn(
             "Response surfaces and measured spectra are not shown to agree within "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -16,7 +16,6 @@ from deboom.mounts.characterised_bench import (
     direction_numbers,
     force_transfer_matrices,
     force_transfer_table,
-    identified,
     percent,
     quality_of_motion,
     r2_table,
@@ -66,7 +65,6 @@ def characterisation_report(
         *result.alarms,
     )
     report.assume(*result.campaign.assumed)
-    report.summary |= _summary(first, numbers)
     uncertainty = uncertainty_table(numbers)
     maps = usable_maps(first)
     stiffness = {
@@ -76,6 +74,10 @@ def characterisation_report(
     uncertainty.insert(2, "median |K| [N/mm]", uncertainty["direction"].map(stiffness))
     truth = truth_table(numbers) if has_truth else None
     _headlines(report, uncertainty, truth)
+    _numbers(report, numbers)
+    report.number(
+        "seconds", round(first.seconds, 3), "s", "time for one mount set, with its budget"
+    )
     _procedure(report, first)
     _accuracy(report, numbers, uncertainty, truth)
     if models is not None:
@@ -108,17 +110,40 @@ def _headlines(report: Report, uncertainty: pd.DataFrame, truth: pd.DataFrame | 
     """Show the stiffest directions, how many are identified, and how well."""
     sure = uncertainty["identified"] == "identified"
     names, others = uncertainty.loc[sure, "direction"], uncertainty.loc[~sure, "direction"]
+    n_directions = len(uncertainty)
     for _, row in uncertainty[sure].nlargest(2, "median |K| [N/mm]").iterrows():
-        report.tile(
-            f"{row['direction']} {row['median |K| [N/mm]']:.0f} N/mm",
-            f"median |K| in operation, ±{row['95 % half width of |K| [%]']:.1f} % (95 %)",
+        name = row["direction"]
+        direction = _key(name)
+        report.number(
+            f"median_stiffness_{direction}",
+            float(row["median |K| [N/mm]"]),
+            "N/mm",
+            f"median |K| of {name} in operation",
+            headline=".0f",
         )
-    rest = f"; not {', '.join(others)}" if len(others) else ""
-    report.tile(f"{len(names)} of {len(uncertainty)}", f"directions identified{rest}")
+    report.number(
+        "n_identified", len(names), "", f"directions identified of {n_directions}", headline="d"
+    )
+    if len(others):
+        report.number(
+            "not_identified", ", ".join(others), "", "directions not identified", headline="s"
+        )
     if truth is not None and len(names):
         errors = truth.set_index("direction").loc[names, "error of |K| [%]"]
-        report.tile(f"{errors.median():.1f} %", "rms error of an identified direction, median")
-        report.tile(f"{errors.max():.1f} %", f"the largest of them, {errors.idxmax()}")
+        report.number(
+            "truth_error_percent_median",
+            float(errors.median()),
+            "%",
+            "rms error of an identified direction against the truth, median",
+            headline=".1f",
+        )
+        report.number(
+            "truth_error_percent_largest",
+            float(errors.max()),
+            "%",
+            "rms error of an identified direction against the truth, the largest",
+            headline=".1f",
+        )
 
 
 def _procedure(report: Report, bench: CharacterisedBench) -> None:
@@ -214,27 +239,88 @@ def _transfer(report: Report, bench: CharacterisedBench) -> None:
         )
 
 
-def _summary(bench: CharacterisedBench, numbers: pd.DataFrame) -> dict[str, float]:
-    """Gather the headline numbers; the study's docstring explains the keys."""
-    by_key = {
-        "r2_real": percent(numbers, "r2_real"),
-        "r2_imag": percent(numbers, "r2_imag"),
-        "r2_force_real": percent(numbers, "r2_force_real"),
-        "r2_force_imag": percent(numbers, "r2_force_imag"),
-        "r2_real_held_out": percent(numbers, "check_r2_real"),
-        "r2_imag_held_out": percent(numbers, "check_r2_imag"),
-        "truth_error_percent": percent(numbers, "error"),
-        "truth_error_percent_held_out": percent(numbers, "check_error"),
-        "half_width_95_percent": percent(numbers, "half_width"),
-        "coverage_95_percent": percent(numbers, "coverage"),
-    }
-    summary: dict[str, float] = {}
-    for key, values in by_key.items():
-        for name, value in values.dropna().items():
-            summary[f"{key}_{str(name).replace(' ', '_')}"] = float(value)
-    summary["n_identified"] = int(identified(numbers).sum())
-    summary["seconds"] = round(bench.seconds, 3)
-    return summary
+def _key(direction: str) -> str:
+    """Write a direction in a key, ``TSM_x``."""
+    return direction.replace(" ", "_")
+
+
+def _numbers(report: Report, numbers: pd.DataFrame) -> None:
+    """Say of each direction how well its surface fits, and how sure its stiffness is."""
+
+    def of_each(column: str) -> Iterator[tuple[str, float]]:
+        for name, value in percent(numbers, column).dropna().items():
+            yield _key(str(name)), float(value)
+
+    for direction, value in of_each("r2_real"):
+        report.number(
+            f"r2_real_{direction}",
+            value,
+            "%",
+            "R² of the surface's real part against its own lines",
+        )
+    for direction, value in of_each("r2_imag"):
+        report.number(
+            f"r2_imag_{direction}",
+            value,
+            "%",
+            "R² of the surface's imaginary part against its own lines",
+        )
+    for direction, value in of_each("r2_force_real"):
+        report.number(
+            f"r2_force_real_{direction}",
+            value,
+            "%",
+            "R² of the real part of the force against its own lines",
+        )
+    for direction, value in of_each("r2_force_imag"):
+        report.number(
+            f"r2_force_imag_{direction}",
+            value,
+            "%",
+            "R² of the imaginary part of the force against its own lines",
+        )
+    for direction, value in of_each("check_r2_real"):
+        report.number(
+            f"r2_real_held_out_{direction}",
+            value,
+            "%",
+            "R² of the real part against check runs, which were not fitted",
+        )
+    for direction, value in of_each("check_r2_imag"):
+        report.number(
+            f"r2_imag_held_out_{direction}",
+            value,
+            "%",
+            "R² of the imaginary part against check runs, which were not fitted",
+        )
+    for direction, value in of_each("error"):
+        report.number(
+            f"truth_error_percent_{direction}",
+            value,
+            "%",
+            "rms error of |K| against the bench's truth",
+        )
+    for direction, value in of_each("check_error"):
+        report.number(
+            f"truth_error_percent_held_out_{direction}",
+            value,
+            "%",
+            "rms error of |K| against the bench's truth on check runs, which were not fitted",
+        )
+    for direction, value in of_each("half_width"):
+        report.number(
+            f"half_width_95_percent_{direction}",
+            value,
+            "%",
+            "half width of |K|, 95 %, by the error budget",
+        )
+    for direction, value in of_each("coverage"):
+        report.number(
+            f"coverage_95_percent_{direction}",
+            value,
+            "%",
+            "lines whose truth lies inside the stated band",
+        )
 
 
 def _static(report: Report, bench: CharacterisedBench, maps: Mapping[str, OperatingMap]) -> None:

@@ -19,22 +19,21 @@ from deboom.explore.search import VERIFIED
 from deboom.files.uncertain_index import expected_of_sets
 from deboom.mounts.mount import Mount
 from deboom.mounts.surface_forces import Outside
-from deboom.pages.front import report_front
+from deboom.pages.front import front_numbers, report_front
 from deboom.pages.front_answer import (
     abbreviations,
     expected_column,
-    expected_numbers,
     expected_on_average,
     expected_sentence,
     peaks_sentence,
     report_expected,
+    report_expected_numbers,
     short_title,
     weights_sentence,
 )
 from deboom.pages.motion import motion_report, report_runs
 from deboom.pages.robust_front import aim_note
 from deboom.physics.dynamic_stiffness import N_PER_MM
-from deboom.plot.style import signed
 from deboom.report import Report, Step, Table
 from deboom.vehicles.catalogue import Catalogue, ordered_stiffness
 from deboom.vehicles.expected_change import ExpectedChange, expected_or_why
@@ -175,8 +174,7 @@ def mount_selection_report(chosen: Selection, run: str) -> Report:
         "today's part. So does a line outside the measured region of the part.",
         *motion_report(level, np.ones((1, len(level.variable_names)))).warnings,
     )
-    report.summary |= _summary(chosen)
-    _tiles(report, chosen)
+    _numbers(report, chosen)
     report.facts["kernel"] = level.kernel
     report.inputs += [*chosen.runs.platform.input_files, *catalogue.inputs]
     report.answer(*_answer_in_words(chosen))
@@ -193,33 +191,31 @@ def mount_selection_report(chosen: Selection, run: str) -> Report:
     return report
 
 
-def _summary(chosen: Selection) -> dict[str, Any]:
-    """Return the numbers of summary.json."""
-    catalogue, front, picks = chosen.catalogue, chosen.front, chosen.picks
-    sigma = dict(zip(picks["design"], picks["change of sigma [%]"], strict=True))
-    parts = zip(catalogue.parts, chosen.parts(chosen.best), strict=True)
-    summary: dict[str, Any] = {f"part_{mount}": part for mount, part in parts}
-    summary["change_db_per_line"] = float(chosen.change[Pick.best_mean])
-    summary["sigma_change_percent_best_sigma"] = float(sigma[Pick.best_sigma])
+def _numbers(report: Report, chosen: Selection) -> None:
+    """Say which parts to order, and what they bring."""
+    catalogue, front = chosen.catalogue, chosen.front
+    parts = chosen.parts(chosen.best)
+    expected = chosen.expected_of(Pick.best_mean)
+    report.number(
+        "change_db_per_line",
+        float(chosen.change[Pick.best_mean]),
+        "dB",
+        "change of the mean level by best-mean in the model, mean of the vehicles and lines",
+        headline="+.2f" if isinstance(expected, str) else "",
+    )
+    report_expected_numbers(report, expected, front.responses)
+    front_numbers(report, chosen.heard, ", ".join(parts))
+    for mount, part in zip(catalogue.parts, parts, strict=True):
+        report.number(f"part_{mount}", part, "", "part of best-mean at the mount")
+    report.number("n_sets", catalogue.n_sets, "", "sets of parts of the catalogue")
     if chosen.set_front is not None:
-        summary["change_parts_as_they_are_db_per_line"] = float(chosen.change[QUIETEST])
-        summary["n_set_front"] = len(chosen.set_front)
-    summary |= expected_numbers(chosen.expected_of(Pick.best_mean), front.responses)
-    return summary | {
-        "n_sets": catalogue.n_sets,
-        "n_front": len(front.search.front),
-        "n_evaluated": front.search.n_evaluated,
-        "sigma_bias_percent": front.sigma_bias_percent,
-        "seconds_search": round(front.search.seconds, 3),
-    }
-
-
-def _tiles(report: Report, chosen: Selection) -> None:
-    """Show the change with parts as they are, and with re-tuned ones."""
-    for what, effect in chosen.effects.items():
-        parts = ", ".join(chosen.parts(effect.design))
-        expected = "" if isinstance(effect.expected, str) else "expected "
-        report.tile(f"{signed(effect.heard, 2)} dB", f"{expected}mean level, {what}: {parts}")
+        report.number(
+            "change_parts_as_they_are_db_per_line",
+            float(chosen.change[QUIETEST]),
+            "dB",
+            "change of the mean level by the quietest set without re-tuning, in the model",
+        )
+        report.number("n_set_front", len(chosen.set_front), "", "sets on the front of all sets")
 
 
 def _answer_in_words(chosen: Selection) -> tuple[str, ...]:

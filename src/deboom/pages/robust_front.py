@@ -18,17 +18,19 @@ from deboom.explore.front import VERIFICATION, nondominated
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Limit
 from deboom.explore.result import Front
 from deboom.explore.robust import Robust
-from deboom.pages.front import report_front
+from deboom.pages.front import front_numbers, report_front
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,
     abbreviations,
-    expected_numbers,
     expected_on_average,
     expected_sentence,
     other_changes_sentence,
+    part_table,
     peaks_sentence,
+    price_table,
     report_expected,
-    run_up_sounds,
+    report_expected_numbers,
+    report_loudest_sound,
     spelled_out,
     vehicle_table,
     weights_sentence,
@@ -90,20 +92,31 @@ def front_report(view: PlatformFront) -> Report:
     report.warn(*motion.warnings, view.front.robust.sample.warning)
     picks, best = _picks(view), view.front.pick_designs[Pick.best_mean]
     changes = view.fleet.splv_change(best)
-    report.summary["n_front"] = view.front.counts["n_front"]
     for vehicle, splv in zip(view.fleet.vehicles, changes, strict=True):
-        report.summary[f"splv_change_db_per_line_{vehicle}"] = float(splv)
-    sigma = dict(zip(picks["design"], picks["change of sigma [%]"], strict=True))
-    mean = dict(zip(picks["design"], picks["change [dB]"], strict=True))
+        report.number(
+            f"splv_change_db_per_line_{vehicle}",
+            float(splv),
+            "dB",
+            "change of the mean level of the lines in the vehicle by best-mean, in the model "
+            "without scatter",
+        )
+    expected = view.expected_of_best
     for name in view.front.picks:
-        key = re.sub(r"\W+", "_", name)
-        report.summary[f"mean_change_db_{key}"] = float(mean[name])
-        report.summary[f"sigma_change_percent_{key}"] = float(sigma[name])
-    report.summary |= expected_numbers(view.expected_of_best, view.fleet.vehicles)
+        row = picks[picks["design"] == name].iloc[0]
+        pick = re.sub(r"\W+", "_", name)
+        report.number(
+            f"mean_change_db_{pick}",
+            float(row["change [dB]"]),
+            "dB",
+            "change of the mean level by the pick over the scatter, mean of the vehicles, in the "
+            "model",
+            headline="+.1f" if name == Pick.best_mean and isinstance(expected, str) else "",
+        )
+    report_expected_numbers(report, expected, view.fleet.vehicles)
+    build = (f"{view.front.variables[column]} × {best[column]:.2f}" for column in view.telling)
+    front_numbers(report, view.fleet, ", ".join(build) or "today's mounts")
     report_expected(report, view.expected, list(view.front.picks), view.fleet.vehicles)
-    report.summary["sigma_bias_percent"] = view.front.sigma_bias_percent
-    report.summary["mean_bias_db_per_line"] = view.front.mean_bias * view.front.per_line
-    report.summary |= motion.summary | view.front.counts
+    motion.report_numbers(report)
     report.facts |= {
         "motion": motion_name(view.index),
         "design_factor": factor_name(view.index),
@@ -134,26 +147,7 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     row = picks[picks["design"] == Pick.best_mean]
     mean, sigma = row[["change [dB]", "change of sigma [%]"]].to_numpy(float)[0]
     spread = "as today" if abs(sigma) < 1.0 else f"{signed(sigma, 0)} %"
-    for column in view.telling:
-        report.tile(f"{view.front.variables[column]} × {best[column]:.2f}", "of today's stiffness")
     expected = view.expected_of_best
-    if isinstance(expected, str):
-        report.tile(
-            f"{signed(mean, 1)} dB", "in the model at the driver's ear, mean of vehicles and lines"
-        )
-    else:
-        report.tile(
-            f"{signed(float(expected.mean.expected), 1)} dB",
-            "expected at the driver's ear, mean of vehicles and lines",
-        )
-    peaks = view.fleet.peak_table(best)["change [dB]"]
-    if len(peaks):
-        report.tile(
-            f"{signed(peaks.min(), 1)} … {signed(peaks.max(), 1)} dB",
-            "at the booming peaks, in the model",
-        )
-    report.tile(f"σ {spread}", "scatter over the tolerance")
-
     report.answer(
         _verdict(view, mean),
         expected_sentence(expected, mean),
@@ -183,16 +177,12 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     )
     report.panel(
         "Parts to change",
-        Table(
-            _parts_table(view),
-            "",
-            {"of today's [1]": 2, "build [N/mm]": 0, "today [N/mm]": 0, "alone [dB]": 1},
-        ),
+        _parts_table(view),
         *_about_parts(view),
         wide=True,
     )
     report.panel("What it costs", *_price_blocks(view))
-    _sound(report, view)
+    report_loudest_sound(report, view.fleet, view.best, view.index.pressure, view.load_case.title)
     report.panel(
         "What to do next",
         Step(f"deboom listen {view.run}", "hear every vehicle, as WAV"),
@@ -242,7 +232,7 @@ def _moves(view: PlatformFront) -> str:
     return f"{words[0].upper()}{words[1:]} of today's"
 
 
-def _parts_table(view: PlatformFront) -> pd.DataFrame:
+def _parts_table(view: PlatformFront) -> Table:
     """Tabulate the directions that are to change, those that bring most first."""
     needs = view.freedom.needs
     wanted = [column for column, need in enumerate(needs) if need is Need.wanted]
@@ -254,15 +244,15 @@ def _parts_table(view: PlatformFront) -> pd.DataFrame:
         np.full(len(view.best) - len(view.nominal_stiffness), np.nan),
     )
     mounts = view.platform.mounts
-    return pd.DataFrame(
-        {
-            "part": [spelled_out(view.front.variables[column], mounts) for column in columns],
-            "of today's [1]": view.best[columns],
-            "build [N/mm]": view.best[columns] * nominal[columns],
-            "today [N/mm]": nominal[columns],
-            "alone [dB]": [mean_alone[column] for column in columns],
-            "alone, where most": [_most(alone[column], view.fleet.vehicles) for column in columns],
-        }
+    return part_table(
+        [spelled_out(view.front.variables[column], mounts) for column in columns],
+        share=view.best[columns],
+        today=nominal[columns],
+        alone=np.array([mean_alone[column] for column in columns]),
+        decimals=0,
+        beside={
+            "alone, where most": [_most(alone[column], view.fleet.vehicles) for column in columns]
+        },
     )
 
 
@@ -303,12 +293,11 @@ def _price_blocks(view: PlatformFront) -> list[str | Table]:
     """Show sag and travel beside what is allowed, and say where the modes go."""
     if isinstance(view.price, str):
         return [f"Sag, travel and modes are not known: {view.price}."]
-    rows = view.price[["number", "today's", Pick.best_mean]].rename(
-        columns={"today's": "today", Pick.best_mean: "after"}
+    rows = view.price[["number", "today's", Pick.best_mean]].set_axis(
+        ["number", "today", "after"], axis=1
     )
     modes = rows["number"].str.startswith("mode ")
-    carried = rows[~modes].assign(allowed="–")
-    blocks: list[str | Table] = []
+    costs = rows[~modes].assign(allowed="–")
     limits = view.front.robust.limits.of_designs.limits
     if limits:
         designs = np.stack([view.front.robust.space.nominal, view.best])
@@ -321,11 +310,18 @@ def _price_blocks(view: PlatformFront) -> list[str | Table]:
                 "allowed": [_allowed(limit) for limit in limits],
             }
         )
-        carried = pd.concat([limited, carried[~carried["number"].isin(limited["number"])]])
-    else:
-        carried = carried.drop(columns="allowed")
-    if len(carried):
-        blocks.append(Table(carried, "", {"today": 1, "after": 1}))
+        costs = pd.concat([limited, costs[~costs["number"].isin(limited["number"])]])
+    blocks: list[str | Table] = []
+    if len(costs):
+        blocks.append(
+            price_table(
+                costs["number"],
+                today=costs["today"],
+                after=costs["after"],
+                allowed=costs["allowed"] if limits else None,
+                decimals=1,
+            )
+        )
     ends = rows[modes][["today", "after"]].to_numpy(float)
     no_limits = " No limits were stated: --limits FILE."
     if ends.size:
@@ -344,21 +340,6 @@ def _allowed(limit: Limit) -> str:
     if np.isinf(float(limit.at_most)):
         return f"≥ {limit.at_least:g}".replace("-", "−")
     return f"{limit.at_least:g} to {limit.at_most:g}".replace("-", "−")
-
-
-def _sound(report: Report, view: PlatformFront) -> None:
-    """Let the reader hear the vehicle with the loudest peak today, before and after."""
-    both = np.stack([view.front.robust.space.nominal, view.best])
-    levels = view.fleet.levels(both[0])
-    loudest = int(levels.max(axis=1).argmax())
-    pressure = view.index.pressure(both)[:, loudest]
-    sounds, scale = run_up_sounds(pressure, view.fleet.frequency, ("today", "after"))
-    report.panel(
-        f"Hear {view.fleet.vehicles[loudest]}, the loudest today",
-        *sounds,
-        f"Run-up of the model, {view.load_case.title}; full scale {scale:.2g} Pa in both. Use "
-        "headphones.",
-    )
 
 
 def _conflict(report: Report, view: PlatformFront) -> None:
@@ -513,8 +494,15 @@ def _load_cases(report: Report, view: PlatformFront) -> None:
         dict.fromkeys(map(str, by_case.columns), 1),
         shown=by_case.rename(index=titles).reset_index(),
     )
-    report.summary["worst_load_case"] = str(worst["load case"])
-    report.summary["worst_load_case_change_db"] = float(worst[column])
+    report.number(
+        "worst_load_case", str(worst["load case"]), "", "load case in which best-mean does least"
+    )
+    report.number(
+        "worst_load_case_change_db",
+        float(worst[column]),
+        "dB",
+        "change of the mean level in worst_load_case, in the vehicle that gains least",
+    )
 
 
 def _per_vehicle(view: PlatformFront) -> pd.DataFrame:
@@ -568,15 +556,39 @@ def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
         "Change of mean level and of σ by the picks of both motions, predicted with each motion.",
     )
     report.table("same_designs", same)
-    report.summary |= {
-        "benefit_db": -gain,
-        "benefit_prescribed_db": -real,
-        "promised_prescribed_db": -promised,
-        "r_min": float(same["correlation [1]"].min()),
-        "slope_min": float(same["slope [1]"].min()),
-        "slope_max": float(same["slope [1]"].max()),
-        "seconds_both_searches": round(view.front.search.seconds + prescribed.search.seconds, 3),
-    }
+    report.number("benefit_db", -gain, "dB", "fall of the mean level by best-mean")
+    report.number(
+        "benefit_prescribed_db",
+        -real,
+        "dB",
+        "fall of the mean level by the best-mean of prescribed motion",
+    )
+    report.number(
+        "promised_prescribed_db",
+        -promised,
+        "dB",
+        "fall of the mean level that prescribed motion predicts for its best-mean",
+    )
+    report.number(
+        "r_min",
+        float(same["correlation [1]"].min()),
+        "1",
+        "least correlation of the changes by the same designs with both motions",
+    )
+    report.number(
+        "slope_min",
+        float(same["slope [1]"].min()),
+        "1",
+        "least slope of changes by the same designs over those with prescribed motion",
+    )
+    report.number(
+        "slope_max",
+        float(same["slope [1]"].max()),
+        "1",
+        "largest slope of changes by the same designs over those with prescribed motion",
+    )
+    seconds = view.front.search.seconds + prescribed.search.seconds
+    report.number("seconds_both_searches", round(seconds, 3), "s", "time of both searches")
 
 
 def _supplier(report: Report, view: PlatformFront) -> None:
@@ -692,7 +704,7 @@ def _search(report: Report, view: PlatformFront) -> None:
         f"Vehicles: {listed(view.fleet.vehicles)}. Load cases: {cases}. Lines: "
         f"{lines.size} between {lines[0]:g} and {lines[-1]:g} Hz, engine order "
         f"{case.order:g}. Motion: {motion_name(view.index)}; meaning of a stiffness "
-        f"factor: {motion.summary['design_factor']}.",
+        f"factor: {motion.factor}.",
         f"Design variables: {len(view.front.variables)} {factors}, each between "
         f"{space.lower.min():g} and {space.upper.max():g}. "
         f"Manufacturing scatter: ±{PERCENT * space.tolerance.max():.0f} % of the design's own "

@@ -34,7 +34,7 @@ from deboom.pages.motion import factor_name, motion_name, motion_report
 from deboom.plot import HeatMap, IntervalPanel, LineMap, heat_maps, interval_panels, line_maps
 from deboom.plot.style import signed
 from deboom.progress import Progress
-from deboom.report import Report, Scalar, Step, Table
+from deboom.report import Report, Step, Table
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.fleet import LOSS_SUFFIX
 from deboom.vehicles.platform import Platform
@@ -386,26 +386,50 @@ def matters(study: Sensitivity) -> list[int]:
     return np.flatnonzero(highest >= min(MATTERS, highest.max())).tolist()
 
 
-def sensitivity_summary(study: Sensitivity) -> dict[str, Scalar]:
-    """Headline numbers; the study's docstring explains the keys."""
-    summary: dict[str, Scalar] = {
-        f"st_{_key(variable)}_{vehicle}": float(study.indices.total[row, column])
-        for column, vehicle in enumerate(study.vehicles)
-        for row, variable in enumerate(study.variables)
-    }
+def _numbers(report: Report, study: Sensitivity) -> None:
+    """Say which stiffnesses lead, which nobody hears, and every total index."""
+    leaders = (f"{', then '.join(names)} in {listed(tuple(v))}" for names, v in _leaders(study))
+    report.number("leading", "; ".join(leaders), "", "stiffnesses that matter most", headline="s")
+    report.number(
+        "n_unheard",
+        len(negligible(study)),
+        "",
+        "stiffnesses that no vehicle hears",
+        headline="d",
+    )
+    for column, vehicle in enumerate(study.vehicles):
+        for row, variable in enumerate(map(_key, study.variables)):
+            report.number(
+                f"st_{variable}_{vehicle}",
+                float(study.indices.total[row, column]),
+                "1",
+                "total Sobol index: share of the stiffness in the variance of the vehicle's level",
+            )
     if study.by_mount is not None:
-        summary |= {
-            f"st_mount_{_key(mount)}_{vehicle}": float(study.by_mount.total[row, column])
-            for column, vehicle in enumerate(study.vehicles)
-            for row, mount in enumerate(study.by_mount.factors)
-        }
-    return {
-        **summary,
-        "largest_interval": float(study.indices.total_interval.max()),
-        "largest_interaction": float(study.indices.interaction.max()),
-        "n_zero": int(study.indices.zero.sum()),
-        "n_runs": study.n_runs,
-    }
+        for column, vehicle in enumerate(study.vehicles):
+            for row, mount in enumerate(map(_key, study.by_mount.factors)):
+                report.number(
+                    f"st_mount_{mount}_{vehicle}",
+                    float(study.by_mount.total[row, column]),
+                    "1",
+                    "total Sobol index of all directions of the mount together",
+                )
+    report.number(
+        "largest_interval",
+        float(study.indices.total_interval.max()),
+        "1",
+        "largest half width of the 95 % intervals of the total indices",
+    )
+    report.number(
+        "largest_interaction",
+        float(study.indices.interaction.max()),
+        "1",
+        "largest difference of total and first-order index",
+    )
+    report.number(
+        "n_zero", int(study.indices.zero.sum()), "", "indices that are not above their interval"
+    )
+    report.number("n_runs", study.n_runs, "", "designs evaluated")
 
 
 def _key(name: str) -> str:
@@ -548,7 +572,7 @@ def sensitivity_report(study: Sensitivity) -> Report:
         beside_table(study),
         "Total indices. sobol_beside.csv has all, with intervals.",
     )
-    report.summary.update(sensitivity_summary(study))
+    _numbers(report, study)
     report.inputs += study.platform.input_files
     report.facts |= {
         "motion": motion_name(study.index),
@@ -625,7 +649,7 @@ def _prescribed(report: Report, study: Sensitivity) -> None:
 
 
 def _headed(study: Sensitivity) -> Report:
-    """Begin the report: its tiles, and what was asked."""
+    """Begin the report: what was asked, and with which data."""
     indices, plan, frequency = study.indices, study.plan, study.index.frequency
     motion = motion_report(study.index, np.ones((1, len(study.variables))))
     report = Report(
@@ -633,11 +657,6 @@ def _headed(study: Sensitivity) -> Report:
         f"On which mount stiffnesses does the booming noise of {listed(study.vehicles)} between "
         f"{frequency[0]:g} and {frequency[-1]:g} Hz depend?",
     )
-    for names, vehicles in _leaders(study):
-        report.tile(", then ".join(names), f"lead in {listed(tuple(vehicles))}")
-    if unheard := negligible(study):
-        count = f"{len(unheard)} of {len(study.variables)}"
-        report.tile(count, f"stiffnesses that no vehicle hears: {listed(unheard)}")
     report.explain(*(motion.terms.get(term, term) for term in TERMS))
     report.warn(*motion.warnings)
     report.section(

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -41,8 +40,8 @@ COMMON = 0.05
 age or a batch [1]."""
 LAW = "uniform in the box"
 """How parts lie between the ends of their intervals: what an acceptance test promises."""
-TILES = 2
-"""Directions that the page begins with: the narrowest intervals that the limit sets."""
+TIGHTEST = 2
+"""Directions in the headline: the narrowest intervals that the limit sets."""
 
 
 def box_report(
@@ -72,15 +71,25 @@ def box_report(
     report.explain("SPL", "stiffness factor", "dynamic stiffness", "tolerance", "Pareto front")
     limited = study.effective & ~study.on_bounds.all(axis=0)
     tight = np.argsort(np.where(limited, study.box.width / study.box.centre, np.inf))
-    for k in tight[: min(TILES, limited.sum())]:
-        report.tile(
-            f"{study.box.lower[k]:.2f} to {study.box.upper[k]:.2f}",
-            f"{study.variables[k]}, of today's stiffness; the limit sets an end",
-        )
-    report.tile(_percent(check.share, 1), f"of {what} keep {origin}")
-    report.tile(
-        _percent(float(study.missed.max()), 1),
-        f"of the parts miss the limit in {study.binding}, which binds",
+    ends = (
+        f"{study.variables[k]} {study.box.lower[k]:.2f} to {study.box.upper[k]:.2f}"
+        for k in tight[: min(TIGHTEST, limited.sum())]
+    )
+    report.number(
+        "tightest", ", ".join(ends), "", "tightest directions, of today's stiffness", headline="s"
+    )
+    _numbers(report, study, certainty)
+    report.number(
+        "share_softer",
+        softer,
+        "1",
+        "share that keeps the limit where all rubber is 5 % softer in the cars",
+    )
+    report.number(
+        "share_harder",
+        harder,
+        "1",
+        "share that keeps the limit where all rubber is 5 % harder in the cars",
     )
     _answer(report, study, certainty, what, run)
     report.warn(
@@ -105,8 +114,6 @@ def box_report(
         )
     designs = np.stack([study.space.nominal, study.point])
     report.warn(*motion_report(study.index, designs).warnings)
-    report.summary |= _summary(study, certainty)
-    report.summary |= {"share_softer": softer, "share_harder": harder}
     report.facts |= {"kernel": study.index.kernel, "law": LAW}
     report.inputs += inputs
     report.document("acceptance_box", box_document(acceptance_box(study, certainty)))
@@ -117,31 +124,73 @@ def box_report(
     return report
 
 
-def _summary(study: BoxStudy, certainty: Interval) -> dict[str, Any]:
-    """Return the numbers of summary.json."""
+def _numbers(report: Report, study: BoxStudy, certainty: Interval) -> None:
+    """Say which share of the parts keeps the limit, how sure that is, and how wide the box is."""
     check, of_study = study.solution.verified, study.question
-    return {
-        "share_stated": of_study.share,
-        "share_verified": check.share,
-        "share_bound": check.bound,
-        "width_ratio_pm15": study.width_over_plain,
-        "share_pm15": verified_share(
-            of_study,
-            study.plain,
-            seed=study.seed,
-            n_parts=check.n_parts,
-            confidence=check.confidence,
-        ).share,
-        "n_axes": int(study.effective.sum()),
-        "n_ends_on_bounds": int(study.on_bounds.sum()),
-        "limit_db_first_vehicle": float(of_study.limit[0]),
-        "limit_could_be_lowered_db": study.solution.room,
-        "binding_vehicle": study.binding,
-        "n_parts_verified": check.n_parts,
-        "seconds": round(study.solution.seconds, 3),
-        "share_measured_from": float(certainty.lower),
-        "share_measured_to": float(certainty.upper),
-    }
+    report.number("share_stated", of_study.share, "1", "share of the parts that was asked for")
+    report.number(
+        "share_verified",
+        check.share,
+        "1",
+        "share of the parts that keeps the limit, verified with new draws",
+        headline=".3f",
+    )
+    report.number("share_bound", check.bound, "1", "share that holds with 95 % confidence")
+    report.number(
+        "share_missed_worst",
+        float(study.missed.max()),
+        "1",
+        "share of the parts that misses the limit in the vehicle that binds",
+        headline=".3f",
+    )
+    report.number("binding_vehicle", study.binding, "", "vehicle that binds", headline="s")
+    report.number(
+        "width_ratio_pm15",
+        study.width_over_plain,
+        "1",
+        "width of the box over ±15 % about the Pareto point: geometric mean, axes with an effect",
+    )
+    plain = verified_share(
+        of_study,
+        study.plain,
+        seed=study.seed,
+        n_parts=check.n_parts,
+        confidence=check.confidence,
+    )
+    report.number("share_pm15", plain.share, "1", "share of ±15 % that keeps the limit")
+    report.number("n_axes", int(study.effective.sum()), "", "directions with an effect")
+    report.number(
+        "n_ends_on_bounds",
+        int(study.on_bounds.sum()),
+        "",
+        "ends of the box on bounds of the search",
+    )
+    report.number(
+        "limit_db_first_vehicle",
+        float(of_study.limit[0]),
+        "dB(A)",
+        "limit of the mean level in the first vehicle",
+    )
+    report.number(
+        "limit_could_be_lowered_db",
+        study.solution.room,
+        "dB",
+        "by how much the limit could be lowered, until the box is a point",
+    )
+    report.number("n_parts_verified", check.n_parts, "", "parts of the verification")
+    report.number("seconds", round(study.solution.seconds, 3), "s", "time for the box")
+    report.number(
+        "share_measured_from",
+        float(certainty.lower),
+        "1",
+        "lower end of the 90 % interval of the share, with all measurements drawn again",
+    )
+    report.number(
+        "share_measured_to",
+        float(certainty.upper),
+        "1",
+        "upper end of the 90 % interval of the share, with all measurements drawn again",
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -107,7 +107,7 @@ class SupplierStudy:
 
     def mean(self, values: RealArray) -> RealArray:
         """Return the mean over the vehicles, weighted as in the run, of values (..., v)."""
-        return np.asarray(np.average(values, axis=-1, weights=self.model.weights))
+        return self.model.mean(values)
 
     @property
     def vehicles(self) -> tuple[str, ...]:

@@ -120,38 +120,45 @@ def _headlines(report: Report, result: Validation, comparisons: pd.DataFrame) ->
     """Show and keep the numbers that a hurried reader takes away."""
     road = comparisons[comparisons["comparison"] == ON_ROAD]
     corr_f, corr_s, peak = road[CORR_F].median(), road[CORR_S].median(), road[PEAK].max()
-    report.summary |= {
-        "corr_f_percent": float(corr_f),
-        "corr_s_percent": float(corr_s),
-        "peak_deviation_db": float(peak),
-    }
-    report.tile(
-        f"{corr_f:.1f} %",
+    report.number(
+        "corr_f_percent",
+        float(corr_f),
+        "%",
         "difference in shape of the pressure (corr_f, complex), median; thesis 5 %",
+        headline=".1f",
     )
-    report.tile(f"{corr_s:.1f} %", "difference in scale (corr_s, magnitude), median; thesis 10 %")
-    if np.isfinite(peak):
-        label = "largest deviation of a booming peak from the measured one; thesis 3 dB"
-        report.tile(f"{peak:.1f} dB", label)
+    report.number(
+        "corr_s_percent",
+        float(corr_s),
+        "%",
+        "difference in scale (corr_s, magnitude), median; thesis 10 %",
+        headline=".1f",
+    )
+    report.number(
+        "peak_deviation_db",
+        float(peak),
+        "dB",
+        "largest deviation of a booming peak from the measured one; thesis 3 dB",
+        headline=".1f",
+    )
     if result.design is not None:
-        worst = result.design.peak_deviation
-        report.summary["virtual_design_peak_db"] = worst
-        if np.isfinite(worst):
-            label = "largest deviation of a booming peak of the virtual design, all three ways"
-            report.tile(f"{worst:.2f} dB", label)
-    report.summary |= _mode_numbers(result)
-
-
-def _mode_numbers(result: Validation) -> dict[str, float]:
-    """Return ``mode_<n>_hz`` and, against true shapes, ``mode_<n>_mac``, n from 1."""
+        report.number(
+            "virtual_design_peak_db",
+            result.design.peak_deviation,
+            "dB",
+            "largest deviation of a booming peak of the virtual design, all three ways",
+            headline=".2f",
+        )
     modes, truth = result.modes, result.true_shapes
     if modes is None:
-        return {}
-    numbers = {f"mode_{n}_hz": float(value) for n, value in enumerate(modes.frequency, 1)}
-    if truth is not None:
-        agreement = np.diag(modes.mac(truth))
-        numbers |= {f"mode_{n}_mac": float(value) for n, value in enumerate(agreement, 1)}
-    return numbers
+        return
+    for n, frequency in enumerate(modes.frequency, 1):
+        report.number(
+            f"mode_{n}_hz", float(frequency), "Hz", "frequency of a mode of the first vehicle"
+        )
+    agreement = () if truth is None else np.diag(modes.mac(truth))
+    for n, mac in enumerate(agreement, 1):
+        report.number(f"mode_{n}_mac", float(mac), "1", "MAC of the mode against the true shape")
 
 
 def _facts(report: Report, result: Validation) -> None:

@@ -128,7 +128,7 @@ def tolerance_report(
         *motion_report(sets.index, sets.design[np.newaxis]).warnings,
     )
     report.assume(*assumed)
-    report.summary |= _summary(sets)
+    _numbers(report, sets)
     _allocation_section(report, sets)
     _verification_section(report, sets)
     if free is not None:
@@ -159,14 +159,9 @@ def _answer(report: Report, sets: ToleranceSets, names: str) -> None:
     may_be_wide = f"{sets.n_widest} of {len(allocator.names)} directions may be as wide as allowed"
     ratio = f"{PERCENT * sets.ratio:.0f} %"
     ratio_of_effective = f"{PERCENT * sets.ratio_of_effective:.0f} %"
-    report.tile(held[0], f"the tightest; {may_be_wide}")
-    report.tile(ratio, "of the cost of one tolerance everywhere")
-    report.tile(ratio_of_effective, "of the cost of one tolerance in the directions that matter")
     if sets.by_sigma:
-        report.tile(f"{new.sigma:.3f} dB", "σ of the mean level, verified")
         reached = f"the same scatter (σ {new.sigma:.2f} dB, verified)"
     else:
-        report.tile(f"{PERCENT * new.share:.1f} %", "within limits, verified")
         reached = f"{PERCENT * new.share:.1f} % within limits (verified)"
         if new.share < sets.share:
             report.warn(
@@ -234,29 +229,80 @@ def _panels(report: Report, sets: ToleranceSets, name_of_run: str) -> None:
     )
 
 
-def _summary(sets: ToleranceSets) -> dict[str, Any]:
-    """Return the numbers of summary.json."""
-    new = sets.verified["cheapest"]
-    summary = {
-        "design": sets.design_name,
-        "target": "sigma" if sets.by_sigma else "share",
-        "cost_cheapest": sets.cheapest.total_cost,
-        "cost_uniform": sets.uniform.total_cost,
-        "cost_today": sets.today.total_cost,
-        "cost_ratio_to_uniform": sets.ratio,
-        "cost_ratio_to_uniform_of_effective": sets.ratio_of_effective,
-        "sigma_today_db": sets.today.sigma_sum * sets.per_line,
-        "sigma_cheapest_db": sets.cheapest.sigma_sum * sets.per_line,
-        "sigma_verified_db": new.sigma,
-        "sigma_uniform_verified_db": sets.verified["uniform"].sigma,
-    }
+def _numbers(report: Report, sets: ToleranceSets) -> None:
+    """Say what the tolerances cost, and how far the levels scatter."""
+    new, cheapest = sets.verified["cheapest"], sets.cheapest
+    first = int(cheapest.tolerance.argmin())
+    report.number("design", sets.design_name, "", "design of the front")
+    report.number(
+        "target", "sigma" if sets.by_sigma else "share", "", "what the tolerances must reach"
+    )
+    report.number(
+        "tightest",
+        f"{sets.allocator.names[first]} ±{PERCENT * cheapest.tolerance[first]:.0f} %",
+        "",
+        "tightest direction",
+        headline="s",
+    )
+    report.number("cost_cheapest", cheapest.total_cost, "1", "cost of the cheapest tolerances")
+    report.number(
+        "cost_uniform",
+        sets.uniform.total_cost,
+        "1",
+        "cost of one tolerance everywhere for the same target",
+    )
+    report.number("cost_today", sets.today.total_cost, "1", "cost of today's tolerances")
+    report.number(
+        "cost_ratio_to_uniform",
+        sets.ratio,
+        "1",
+        "cost over that of one tolerance everywhere",
+        headline=".2f",
+    )
+    report.number(
+        "cost_ratio_to_uniform_of_effective",
+        sets.ratio_of_effective,
+        "1",
+        "cost over that of one tolerance in the directions that matter",
+        headline=".2f",
+    )
+    report.number(
+        "sigma_today_db",
+        sets.today.sigma_sum * sets.per_line,
+        "dB",
+        "σ of the mean level with today's tolerances, mean of the vehicles",
+    )
+    report.number(
+        "sigma_cheapest_db",
+        cheapest.sigma_sum * sets.per_line,
+        "dB",
+        "σ of the mean level with the cheapest tolerances, mean of the vehicles",
+    )
+    report.number(
+        "sigma_verified_db",
+        new.sigma,
+        "dB",
+        "σ of the mean level with the cheapest tolerances, verified with new draws",
+        headline=".3f" if sets.by_sigma else "",
+    )
+    report.number(
+        "sigma_uniform_verified_db",
+        sets.verified["uniform"].sigma,
+        "dB",
+        "σ of the mean level with one tolerance everywhere, verified with new draws",
+    )
     if not sets.by_sigma:
-        summary |= {
-            "share_stated": sets.share,
-            "share_verified": new.share,
-            "share_lower_bound": new.share_lower,
-        }
-    return summary
+        report.number("share_stated", sets.share, "1", "share within limits that was asked for")
+        report.number(
+            "share_verified",
+            new.share,
+            "1",
+            "share within limits, verified with new draws",
+            headline=".3f",
+        )
+        report.number(
+            "share_lower_bound", new.share_lower, "1", "lower end of the interval of share_verified"
+        )
 
 
 def _allocation_section(report: Report, sets: ToleranceSets) -> None:

@@ -21,7 +21,6 @@ from deboom.files.compressor_model import MODEL_FILE, compressor_document
 from deboom.pages.component_sheet import append_verdicts
 from deboom.pages.identification import alarms_in_words
 from deboom.plot import CurvePanel
-from deboom.plot.style import signed
 from deboom.report import Report, Step
 from deboom.report.tables import in_words
 
@@ -55,53 +54,78 @@ def unbalance_report(
       limits.
     """
     evaluation, chosen = measured.evaluation, measured.evaluation.chosen
-    sources, state = chosen.sources, evaluation.state
+    sources = chosen.sources
     static, dynamic = sources.static, sources.dynamic
     report = Report(
         f"Unbalance: {measured.test.name}",
         "Which unbalance rotates inside this compressor, which forces does the gas make, and at "
         "which speeds is the answer reliable?",
     )
-    report.tile(
-        f"{1e6 * abs(static.value):.2f} g mm",
-        f"static unbalance, {1e6 * static.lower:.2f} to {1e6 * static.upper:.2f}",
-    )
-    report.tile(
-        f"{1e9 * abs(dynamic.value):.0f} g mm²",
-        f"dynamic unbalance, {1e9 * dynamic.lower:.0f} to {1e9 * dynamic.upper:.0f}",
-    )
-    report.tile(
-        f"{sources.remaining_chi:.2f}",
-        f"left by rotor, gas and mounts, over its noise; route {chosen.route.letter}",
-    )
-    if measured.mounts_changed == "yes":
-        report.tile(
-            f"{signed(100 * state.storage, 1)} % / {signed(100 * state.loss, 1)} %",
-            "stiffness / damping of the mounts, running over struck",
-        )
     alarms = (*evaluation.identification.alarms, *evaluation.alarms)
     _answer(report, measured, alarms)
     report.warn(*alarms, *evaluation.notices)
     report.assume(*measured.test.hammer.assumed)
-    report.summary |= {
-        "route": chosen.route.letter,
-        "u_stat_g_mm": 1e6 * abs(static.value),
-        "u_stat_deviation_g_mm": 1e6 * static.deviation,
-        "u_dyn_g_mm2": 1e9 * abs(dynamic.value),
-        "u_dyn_deviation_g_mm2": 1e9 * dynamic.deviation,
-        "sense": evaluation.sense.sense.name.lower(),
-        "mounts_changed": measured.mounts_changed,
-        "reduced_chi": sources.reduced_chi,
-        "remaining_chi": sources.remaining_chi,
-        "n_alarms": len(alarms),
-    }
+    report.number(
+        "u_stat_g_mm", 1e6 * abs(static.value), "g mm", "static unbalance", headline=".2f"
+    )
+    report.number(
+        "u_stat_deviation_g_mm",
+        1e6 * static.deviation,
+        "g mm",
+        "standard deviation of the static unbalance",
+    )
+    report.number(
+        "u_dyn_g_mm2", 1e9 * abs(dynamic.value), "g mm²", "dynamic unbalance", headline=".0f"
+    )
+    report.number(
+        "u_dyn_deviation_g_mm2",
+        1e9 * dynamic.deviation,
+        "g mm²",
+        "standard deviation of the dynamic unbalance",
+    )
+    report.number("route", chosen.route.letter, "", "route of identification that counts")
+    report.number(
+        "sense", evaluation.sense.sense.name.lower(), "", "sense in which the rotor turns"
+    )
+    report.number(
+        "mounts_changed",
+        measured.mounts_changed,
+        "",
+        "whether the mounts of the running compressor differ from those of the hammer test",
+    )
+    report.number("reduced_chi", sources.reduced_chi, "1", "residuals over their noise")
+    report.number(
+        "remaining_chi",
+        sources.remaining_chi,
+        "1",
+        "what rotor, gas and mounts leave over its noise; what mounts do beyond one common factor "
+        "counts as noise",
+        headline=".2f",
+    )
+    report.number("n_alarms", len(alarms), "", "alarms: reasons not to rely on the result")
     if measured.truth is not None:
         true = measured.truth
-        report.summary["u_stat_first_error_percent"] = 100 * abs(static.value / true.static - 1)
-        report.summary["u_dyn_first_error_percent"] = 100 * abs(dynamic.value / true.dynamic - 1)
+        report.number(
+            "u_stat_first_error_percent",
+            100 * abs(static.value / true.static - 1),
+            "%",
+            "error of the static unbalance, where the truth is known",
+        )
+        report.number(
+            "u_dyn_first_error_percent",
+            100 * abs(dynamic.value / true.dynamic - 1),
+            "%",
+            "error of the dynamic unbalance, where the truth is known",
+        )
     if measured.limits is not None:
-        report.summary["decision"] = overall(measured.verdicts).value
-    report.summary["seconds"] = measured.seconds
+        report.number(
+            "decision",
+            overall(measured.verdicts).value,
+            "",
+            "decision over all limits",
+            headline="s",
+        )
+    report.number("seconds", measured.seconds, "s", "time from files to result")
     report.facts["route"] = chosen.route.letter
     report.inputs += inputs
     report.document(

@@ -6,19 +6,21 @@ import base64
 import re
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from importlib.resources import files
 from itertools import groupby
 from math import isfinite
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from deboom.answer import ANSWER, Answer, AnswerTable, Number, Scalar, Step
 from deboom.errors import InputError
 from deboom.names import path_inside
-from deboom.plot.style import as_png
+from deboom.plot.style import as_png, signed
 from deboom.report.glossary import GLOSSARY
 from deboom.report.tables import text_columns
 from deboom.tabled import json_text, table_file
@@ -27,8 +29,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from deboom.plot.style import Drawing
-
-Scalar = float | int | str
 
 SUMMARY, PAGE = "summary.json", "report.html"
 
@@ -97,14 +97,6 @@ class Sound:
     wav: bytes
 
 
-@dataclass(frozen=True)
-class Step:
-    """Something to do next: a command as it is typed, and what it is for."""
-
-    command: str
-    purpose: str
-
-
 @dataclass(frozen=True, eq=False)
 class Panel:
     """A part of the first screen: a heading with tables, sounds, steps, pictures or texts.
@@ -145,8 +137,8 @@ class Report:
 
     Attributes
     ----------
-    summary : dict of str to float, int or str
-        Headline numbers of ``summary.json``.
+    numbers : dict of str to Number
+        Numbers of ``summary.json`` by their key.
     facts : dict of str to float, int or str
         What the study settled beside its options, for ``run.json`` and the foot of the page.
     inputs : list of Path
@@ -158,15 +150,15 @@ class Report:
     Examples
     --------
     >>> report = Report("Cheapest tolerances", "How wide may each direction scatter?")
-    >>> report.tile("66 %", "of the cost of one tolerance everywhere")
+    >>> report.number("cost", 66.0, "%", "cost over that of one tolerance", headline=".0f")
     >>> report.section("Allocation", "A direction at the widest tolerance needs no precision.")
-    >>> report.summary["cost_ratio_to_uniform"] = 0.66
+    >>> report.headlines
+    {'cost over that of one tolerance': '66 %'}
     """
 
     def __init__(self, title: str, question: str = "") -> None:
         self.title = title
         self.question = question
-        self.tiles: list[tuple[str, str]] = []
         self.verdict = ""
         self.remarks: list[str] = []
         self.panels: list[Panel] = []
@@ -177,9 +169,38 @@ class Report:
         self.pictures: dict[str, Picture] = {}
         self.documents: dict[str, Mapping[str, Any]] = {}
         self.attachments: dict[str, bytes] = {}
-        self.summary: dict[str, Scalar] = {}
+        self.numbers: dict[str, Number] = {}
         self.facts: dict[str, Scalar] = {}
         self.inputs: list[Path] = []
+
+    @property
+    def summary(self) -> Mapping[str, Scalar | None]:
+        """Content of ``summary.json``: key → value, to be read only."""
+        return MappingProxyType({key: number.value for key, number in self.numbers.items()})
+
+    @property
+    def headlines(self) -> dict[str, str]:
+        """Numbers that lists of runs show: meaning → number with its unit."""
+        return {
+            number.label: number.headline for number in self.numbers.values() if number.headline
+        }
+
+    @property
+    def first_screen(self) -> Answer:
+        """The answer as data, without sounds and pictures."""
+        panels: dict[str, tuple[str | Step | AnswerTable, ...]] = {}
+        for panel in self.panels:
+            blocks = (_as_data(block) for block in panel.blocks)
+            panels[panel.title] = tuple(block for block in blocks if block is not None)
+        return Answer(
+            title=self.title,
+            question=self.question,
+            verdict=self.verdict,
+            remarks=tuple(self.remarks),
+            warnings=tuple(self.warnings),
+            numbers=tuple(self.numbers.values()),
+            panels={title: blocks for title, blocks in panels.items() if blocks},
+        )
 
     @property
     def figures(self) -> dict[str, bytes]:
@@ -203,12 +224,45 @@ class Report:
             if p.failure
         ]
 
-    def tile(self, value: str, label: str) -> None:
-        """Show a number that a hurried reader takes away, such as ``−3.1 dB``, and what it is."""
-        self.tiles.append((value, label))
+    def number(
+        self,
+        key: str,
+        value: Scalar | None,
+        unit: str,
+        label: str,
+        *,
+        headline: str = "",
+    ) -> None:
+        """Say a number or a word once, for ``summary.json``, lists of runs, terminal and page.
+
+        Parameters
+        ----------
+        key : str
+            Its name in ``summary.json``.
+        value : float, int, bool, str or None
+            The number in `unit`; one that is not finite, and None, are not known.
+        unit : str
+            Empty for counts and words, ``1`` for ratios.
+        label : str
+            What it is, the same for every run: `docs/summary-keys.md` has it, too.
+        headline : str
+            Format of a number that lists of runs show, such as ``+.1f`` or ``.0f``, ``s`` for a
+            word; empty for all others.
+
+        Raises
+        ------
+        InputError
+            A key, or the meaning of a headline, that is taken.
+        """
+        self._free(key, self.numbers)
+        value = _plain(value)
+        text = _headline(value, unit, headline) if headline else ""
+        if text:
+            self._free(label, self.headlines)
+        self.numbers[key] = Number(key, value, unit, label, text)
 
     def answer(self, verdict: str, *remarks: str) -> None:
-        """Begin the first screen with its verdict; the page then shows it in place of the tiles.
+        """Begin the first screen with its verdict, which says on the page what headlines say.
 
         Parameters
         ----------
@@ -237,13 +291,15 @@ class Report:
         Raises
         ------
         InputError
-            No verdict before it; decimals for a column that a table does not have.
+            No verdict before it; a title that is taken; decimals for a column that a table does
+            not have.
         """
         if not self.verdict:
             raise InputError("a first screen begins with its verdict: call `answer` first")
         for block in blocks:
             if isinstance(block, Table):
                 text_columns(block.frame, block.decimals)
+        self._free(title, {panel.title: panel for panel in self.panels})
         if blocks:
             self.panels.append(Panel(title, blocks, wide))
 
@@ -382,7 +438,7 @@ class Report:
         leading: bool = False,
         folded: bool = False,
     ) -> None:
-        """Add another report as a part of this one; its tiles are left out.
+        """Add another report as a part of this one; its numbers are no headlines.
 
         - `title`: stands before the title of each of its sections.
         - `leading`: of its sections only those that lead; its first screen becomes this report's,
@@ -408,13 +464,16 @@ class Report:
             (self.pictures, part.pictures),
             (self.documents, part.documents),
             (self.attachments, part.attachments),
-            (self.summary, part.summary),
         )
         for mine, theirs in kinds:
             for name, value in theirs.items():
                 if wanted := new.get(name, name):
                     self._free(wanted, mine)
                     mine[wanted] = value
+        for key, number in part.numbers.items():
+            if wanted := new.get(key, key):
+                self._free(wanted, self.numbers)
+                self.numbers[wanted] = replace(number, key=wanted, headline="")
         self.facts = {**part.facts, **self.facts}
         self.inputs = list(dict.fromkeys((*self.inputs, *part.inputs)))
 
@@ -432,11 +491,8 @@ class Report:
         contents = dict(table_file(stem, frame) for stem, frame in self.tables.items())
         contents |= {f"{s}.json": json_text(c).encode() for s, c in self.documents.items()}
         contents |= self.attachments
-        summary = {
-            key: None if isinstance(value, float | np.floating) and not isfinite(value) else value
-            for key, value in self.summary.items()
-        }
-        contents[SUMMARY] = json_text(summary).encode()
+        contents[SUMMARY] = json_text(dict(self.summary)).encode()
+        contents[ANSWER] = json_text(asdict(self.first_screen)).encode()
         return contents
 
     def write(self, folder: Path) -> Path:
@@ -533,6 +589,39 @@ def _groups(part: Section | Panel) -> Iterator[tuple[str, list[Any]]]:
     ]
     for kind, blocks in groupby(shown, key=type):
         yield _KINDS[kind], list(blocks)
+
+
+def _plain(value: Any) -> Scalar | None:
+    """Return a number or a word as JSON has it; None for a number that is not known."""
+    plain = value.item() if isinstance(value, np.generic) else value
+    if plain is None or (isinstance(plain, float) and not isfinite(plain)):
+        return None
+    return plain if isinstance(plain, Scalar) else str(plain)
+
+
+def _headline(value: Scalar | None, unit: str, form: str) -> str:
+    """Write a number with its unit, a change with its sign."""
+    if value is None:
+        return "not known"
+    if isinstance(value, str):
+        return format(value, form)
+    changes = form.startswith("+")
+    text = signed(value, int(form[2:-1])) if changes else f"{value:{form}}".replace("-", "−")
+    return f"{text} {unit}" if unit not in ("", "1") else text
+
+
+def _as_data(block: str | Picture | Table | Sound | Step) -> str | Step | AnswerTable | None:
+    """Return a block of the first screen as data; None for what is seen and heard alone."""
+    if isinstance(block, str | Step):
+        return block
+    if not isinstance(block, Table):
+        return None
+    rows = block.frame.astype(object).to_numpy().tolist()
+    return AnswerTable(
+        columns=tuple(map(str, block.frame.columns)),
+        rows=tuple(tuple(map(_plain, row)) for row in rows),
+        caption=block.caption,
+    )
 
 
 def _check_png(png: bytes, caption: str) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from deboom.answer import Answer, Number
 from deboom.errors import InputError
 from deboom.files.disk import read_json, replace_text
 from deboom.files.run_folder import RunEntry, check_files, readable_runs
@@ -48,7 +49,7 @@ def run_cards(entries: Sequence[RunEntry], results: Path) -> list[RunCard]:
 
 
 def _card(entry: RunEntry, results: Path, special: Mapping[str, Any]) -> RunCard:
-    record = entry.record
+    record, answer = entry.record, answer_of(entry)
     folder = quote(entry.folder.relative_to(results).as_posix())
     links = {
         name: f"{folder}/{name}" if any(files_of(entry, name)) else ""
@@ -61,14 +62,14 @@ def _card(entry: RunEntry, results: Path, special: Mapping[str, Any]) -> RunCard
         state=entry.state,
         started=entry.started,
         seed=int(record.get("seed", 0)),
-        headlines=headlines(entry),
+        headlines=answer.headlines,
         folder=folder,
         report=links[PAGE],
         interactive=links[INTERACTIVE],
         special=", ".join(f"{name} {value}" for name, value in special.items()),
         call=command_of({**record, "study": entry.study}),
         platform=Path(str(record.get("arguments", {}).get("platform") or "")).name,
-        verdict=str(record.get("verdict") or ""),
+        verdict=answer.verdict,
         thumbnail=_thumbnail(entry, folder),
         sheets={
             sheet.stem: f"{folder}/{quote(sheet.relative_to(entry.folder).as_posix())}"
@@ -96,10 +97,22 @@ def _thumbnail(entry: RunEntry, folder: str) -> str:
     return f"{folder}/figures/{quote(pictures[stem].name)}" if stem else ""
 
 
-def headlines(entry: RunEntry) -> dict[str, str]:
-    """Return the headline numbers of a run, label → value; none if it is not finished."""
+def answer_of(entry: RunEntry) -> Answer:
+    """Return the answer of a run; of one of 0.3 what its record says of it, without keys.
+
+    Where its file is missing or edited, the verdict says so.
+    """
+    question = str(entry.record.get("question", ""))
+    try:
+        answer = entry.answer
+    except InputError as error:
+        return Answer("", question, verdict=str(error))
+    if answer is not None:
+        return answer
     kept = entry.record.get("headlines") or {}
-    return {str(label): str(value) for label, value in kept.items()}
+    numbers = (Number("", None, "", str(label), str(value)) for label, value in kept.items())
+    verdict = str(entry.record.get("verdict") or "")
+    return Answer("", question, verdict=verdict, numbers=tuple(numbers))
 
 
 def options(record: Mapping[str, Any]) -> dict[str, Any]:
@@ -167,12 +180,17 @@ def list_lines(results: Path) -> Iterator[str]:
 
 def show_lines(entry: RunEntry) -> Iterator[str]:
     """Yield everything that there is to say of a run, as text."""
-    record = entry.record
+    record, answer = entry.record, answer_of(entry)
+    units = {number.key: number.unit for number in answer.numbers}
     yield f"{entry.folder.as_posix()}  ({entry.state}, seed {record.get('seed')})"
     yield str(record.get("question", ""))
+    yield from filter(None, (answer.verdict, *answer.remarks))
     yield from _block("Options", options(record))
-    yield from _block("Headlines", headlines(entry))
-    yield from _block(SUMMARY, {name: _number(v) for name, v in _summary(entry).items()})
+    yield from _block("Headlines", answer.headlines)
+    numbers = _summary(entry).items()
+    yield from _block(
+        SUMMARY, {key: f"{_number(value)} {units.get(key, '')}".strip() for key, value in numbers}
+    )
     yield from _block("Settled by the study", record.get("facts", {}))
     environment = record.get("environment", {})
     git = environment.get("git") or {}
@@ -182,6 +200,24 @@ def show_lines(entry: RunEntry) -> Iterator[str]:
     yield from _block("Versions", {name: text for name, text in versions.items() if text})
     yield ""
     yield _whole(entry)
+
+
+def key_lines(entry: RunEntry) -> Iterator[str]:
+    """Yield the keys of a run's ``summary.json`` with unit and meaning.
+
+    - raises InputError: a run of 0.3, whose keys only the documentation explains; an answer that is
+      missing or edited.
+    """
+    answer = entry.answer
+    if answer is None:
+        raise InputError(
+            f"run {entry.folder} does not say what its numbers are, an older deboom wrote it: run "
+            "the study again, or read the page of keys in the documentation"
+        )
+    units = {number.key: f"[{number.unit}]" * bool(number.unit) for number in answer.numbers}
+    widths = [max(map(len, words), default=0) for words in (units, units.values())]
+    for number in answer.numbers:
+        yield f"{number.key:{widths[0]}}  {units[number.key]:{widths[1]}}  {number.label}"
 
 
 def _whole(entry: RunEntry) -> str:

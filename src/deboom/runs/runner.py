@@ -75,7 +75,7 @@ from deboom.runs.sentences import errors_as_sentences
 
 BLAS_THREADS = 1
 """Threads of linear algebra in a run: sums in another order would change last bits."""
-SHOWN_TILES = 4
+SHOWN_HEADLINES = 4
 """Headline numbers of a run without a verdict, at its end."""
 SEED_WITHOUT_DRAWS = 1
 """Seed in the name and record of a run whose study draws nothing."""
@@ -483,8 +483,8 @@ def _kept(study: Study, run: Run) -> str:
 
 def _tell_answer(report: Report, folder: Path) -> None:
     """Say what came out, where its page is, and what may be done next."""
-    headlines = [f"{value}: {label}" for value, label in report.tiles[:SHOWN_TILES]]
-    lines = [report.verdict] if report.verdict else headlines
+    headlines = [f"{value}: {label}" for label, value in report.headlines.items()]
+    lines = [report.verdict] if report.verdict else headlines[:SHOWN_HEADLINES]
     lines.append(f"page: {(folder / PAGE).as_posix()}")
     steps = [block for part in report.panels for block in part.blocks if isinstance(block, Step)]
     lines += [f"next: {step.command}  ({step.purpose})" for step in steps[:1]]
@@ -528,12 +528,8 @@ def _save(
     }
     run.save_text(PAGE, report.html(_provenance(used)))
     saved = [run.folder / name for name in (*results, *figures, PAGE)]
-    shown = {
-        "headlines": {label: value for value, label in report.tiles},
-        "verdict": report.verdict,
-        "files_sha256": hash_files(saved, relative_to=run.folder),
-    }
-    run.save_json(RECORD, {**used, **shown})
+    hashes = hash_files(saved, relative_to=run.folder)
+    run.save_json(RECORD, {**used, "files_sha256": hashes})
 
 
 def _discard_empty(run: Run) -> None:

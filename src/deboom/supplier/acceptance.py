@@ -69,9 +69,6 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
         "Acceptance of a delivery", f"Do these parts keep the intervals of {demand.title}?"
     )
     report.explain("stiffness factor", "dynamic stiffness", "tolerance", "SPL")
-    report.tile(f"{passed} of {len(delivery.batches)}", "batches pass")
-    report.tile(f"{failed}", f"of {len(verdicts)} parts fail")
-    report.tile(f"{open_}", "parts undecided")
     _answer(report, delivery, passed, failed, open_)
     if delivery.uncertainty == 0.0:
         report.warn(
@@ -89,23 +86,34 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
             "The files of the platform have changed since the box was computed: the predicted "
             "levels belong to the files of today."
         )
-    report.summary |= {
-        "n_parts": len(verdicts),
-        "n_passed": verdicts.count(PartVerdict.passed),
-        "n_failed": failed,
-        "n_undecided": open_,
-        "n_batches": len(delivery.batches),
-        "n_batches_passed": passed,
-        "n_batches_failed": sum(b.verdict is PartVerdict.failed for b in delivery.batches),
-        "share_stated": demand.share_stated,
-    }
-    bounds = [c.cpk_bound for batch in delivery.batches for c in batch.capabilities.values()]
-    smallest = {
-        "cpk_at_least_smallest": bounds,
-        "pieces_inside_at_least_smallest": [b.pieces.low for b in delivery.batches if b.pieces],
-        "cars_within_limit_smallest": [b.cars.within.middle for b in delivery.batches if b.cars],
-    }
-    report.summary |= {name: min(values) for name, values in smallest.items() if values}
+    batches = delivery.batches
+    report.number("n_batches", len(batches), "", "batches", headline="d")
+    report.number("n_batches_passed", passed, "", "batches that pass", headline="d")
+    n_batches_failed = sum(batch.verdict is PartVerdict.failed for batch in batches)
+    report.number("n_batches_failed", n_batches_failed, "", "batches that fail")
+    report.number("n_parts", len(verdicts), "", "parts that were measured")
+    report.number("n_passed", verdicts.count(PartVerdict.passed), "", "parts that pass")
+    report.number("n_failed", failed, "", "parts that fail", headline="d")
+    report.number("n_undecided", open_, "", "parts that are undecided", headline="d")
+    report.number("share_stated", demand.share_stated, "1", "share of the cars that the box states")
+    if bounds := [c.cpk_bound for batch in batches for c in batch.capabilities.values()]:
+        report.number(
+            "cpk_at_least_smallest", min(bounds), "1", "smallest Cpk of a batch, at 95 % confidence"
+        )
+    if shares := [batch.pieces.low for batch in batches if batch.pieces]:
+        report.number(
+            "pieces_inside_at_least_smallest",
+            min(shares),
+            "1",
+            "smallest share of a batch inside the box, lower end of its interval",
+        )
+    if within := [batch.cars.within.middle for batch in batches if batch.cars]:
+        report.number(
+            "cars_within_limit_smallest",
+            min(within),
+            "1",
+            "smallest share of cars with the parts of a batch that keep their limit",
+        )
     report.inputs += inputs
 
     _batches(report, delivery)

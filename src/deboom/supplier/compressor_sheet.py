@@ -146,8 +146,7 @@ class CompressorParts:
 
     def mean_levels(self, designs: RealArray) -> RealArray:
         """Return the mean level over lines and cars, weighted as in the run, (n,) [dB(A)]."""
-        means = np.average(self.index(designs), axis=1, weights=self.run.model.weights)
-        return np.asarray(means / self.index.n_lines)
+        return self.run.model.mean(self.index(designs)) / self.index.n_lines
 
     @cached_property
     def slope(self) -> dict[str, float]:

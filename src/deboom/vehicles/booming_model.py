@@ -182,7 +182,7 @@ class BoomingModel:
         return total
 
     @property
-    def is_smooth(self) -> bool:
+    def is_linearisable(self) -> bool:
         """Whether SPLV has exact derivatives: motion prescribed or coupled, parts that stay."""
         return not any(isinstance(case, AmplitudeMotion) for case in self.cases)
 

@@ -157,19 +157,8 @@ class FleetFront:
         return self.front.robust.weights
 
     def mean(self, values: RealArray, rows: Sequence[int] | None = None) -> RealArray:
-        """Return the mean over the vehicles, weighted as in the search, of values (..., v).
-
-        - `rows`: those of the vehicles that count, alike if none of them has a weight; by default
-          all of them.
-        """
-        values = np.asarray(values)
-        weights = self.weights
-        if rows is not None:
-            values = values[..., rows]
-            weights = None if weights is None else weights[list(rows)]
-        if weights is not None and not weights.any():
-            weights = None
-        return np.asarray(np.average(values, axis=-1, weights=weights))
+        """Return the mean over the vehicles, of some `rows` or all; see `Robust.mean`."""
+        return self.front.robust.mean(values, rows)
 
     def splv_change(self, design: RealArray) -> RealArray:
         """Change of SPLV over the number of lines against today's design, shape (v,) [dB]."""

@@ -8,6 +8,7 @@ import json
 import re
 import shutil
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 import foreign_platform_samples
@@ -80,7 +81,7 @@ def run_of(folder, tmp_path_factory):
         with pytest.MonkeyPatch.context() as patch:
             for module, constants in EFFORT.items():
                 for constant, value in constants.items():
-                    patch.setattr(f"{module}.{constant}", value)
+                    patch.setattr(import_module(module), constant, value)
             return run_study(study, out, {**options, "platform": folder, "mounts": source})
 
     return run

@@ -13,10 +13,9 @@ from deboom.answer import Answer, Number
 from deboom.errors import InputError
 from deboom.files.disk import read_json, replace_text
 from deboom.files.run_folder import RunEntry, check_files, readable_runs
-from deboom.names import path_inside
+from deboom.names import option_name, path_inside
 from deboom.report import PAGE, SUMMARY
 from deboom.report.overview import RunCard, render_overview
-from deboom.runs.options import option_name
 
 INDEX = "index.html"
 INTERACTIVE = "interactive.html"

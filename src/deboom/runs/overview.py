@@ -180,7 +180,7 @@ def list_lines(results: Path) -> Iterator[str]:
 def show_lines(entry: RunEntry) -> Iterator[str]:
     """Yield everything that there is to say of a run, as text."""
     record, answer = entry.record, answer_of(entry)
-    units = {number.key: number.unit for number in answer.numbers}
+    units = {number.key: number.unit.removeprefix("1") for number in answer.numbers}
     yield f"{entry.folder.as_posix()}  ({entry.state}, seed {record.get('seed')})"
     yield str(record.get("question", ""))
     yield from filter(None, (answer.verdict, *answer.remarks))

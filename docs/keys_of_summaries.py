@@ -12,8 +12,6 @@ from pathlib import Path
 from deboom.files.shipped_studies import shipped_studies
 
 ROOT = Path(__file__).parents[1]
-FIELDS = ("key", "value", "unit", "label")
-"""Arguments of ``Report.number`` that are given by their place."""
 
 
 def numbers_of(text: str, name: str) -> Iterator[tuple[str, str, str]]:

@@ -36,7 +36,8 @@ def run(model: Any, options: Options) -> Report:
     best = int(mean.argmin())
     report = Report("All mounts softer alike")
     report.number("best_factor", factor[best], "1", "quietest common factor", headline=".2f")
-    report.number("change_db", mean[best] - mean[-1], "dB", "its mean change", headline="+.1f")
+    change = mean[best] - mean[-1]
+    report.number("change_db", change, "dB", "mean change of the level there", headline="+.1f")
     report.section("Levels", "Mean level of the lines, per vehicle.")
     curves = dict(zip(model.response_names, levels.T, strict=True))
     panel = plot.CurvePanel("all mounts alike", factor, curves)

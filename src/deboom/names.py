@@ -1,4 +1,4 @@
-"""Names that come from files: what they may be, which two are too alike, and paths made of them."""
+"""Names from files: what they may be, which two are too alike, paths made of them; and options."""
 
 from __future__ import annotations
 
@@ -114,3 +114,8 @@ def path_inside(folder: Path, name: str) -> Path:
     if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
         raise InputError(f"{path} is a link out of {folder}: put what it leads to in its place")
     return path
+
+
+def option_name(name: str) -> str:
+    """Return how an option is typed, without its dashes; ``with_`` is ``with``, as in PEP 8."""
+    return name.rstrip("_").replace("_", "-")

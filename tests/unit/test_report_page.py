@@ -374,6 +374,10 @@ def test_the_answer_of_a_run_is_what_its_first_screen_says(tmp_path):
     assert "Hear it" not in answer.panels  # sounds are no data
     lines = list(key_lines(read_run(tmp_path)))
     assert "ratio     [1]   cost over today's" in lines
+    shown = list(show_lines(read_run(tmp_path)))
+    assert {"Soften TSM x to 0.80: −3.0 dB.", "  mean_db   -2.84 dB", "  ratio     0.66"} <= {
+        *shown
+    }
     (tmp_path / "answer.json").write_text("{}")
     with pytest.raises(InputError, match="has been edited"):
         _ = read_run(tmp_path).answer

@@ -12,7 +12,7 @@ from test_equation_tables import exists
 from typer.main import get_command
 
 from deboom.cli import app
-from deboom.runs.options import option_name
+from deboom.names import option_name
 from deboom.runs.runner import load_study
 
 ROOT = Path(__file__).parents[2]

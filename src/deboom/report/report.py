@@ -244,7 +244,7 @@ class Report:
         unit : str
             Empty for counts and words, ``1`` for ratios.
         label : str
-            What it is, the same for every run: `docs/summary-keys.md` has it, too.
+            What it is; the page of keys in the documentation has it, too.
         headline : str
             Format of a number that lists of runs show, such as ``+.1f`` or ``.0f``, ``s`` for a
             word; empty for all others.

@@ -30,6 +30,7 @@ from deboom.explore.scatter import (
 )
 from deboom.explore.space import DesignSpace, Evaluate
 from deboom.files.made_parts import MadeParts, made_parts
+from deboom.names import option_name
 from deboom.vehicles.design_factor import factor_space
 from deboom.vehicles.level_objectives import PEAK, TAIL, level_objective, level_statistics
 
@@ -427,8 +428,3 @@ def target_limits(
     if missing:
         raise InputError(f"there is no limit of {', '.join(missing)}: give every vehicle one")
     return np.array([limits[vehicle] for vehicle in vehicles])
-
-
-def option_name(name: str) -> str:
-    """Return how an option is typed, without its dashes; ``with_`` is ``with``, as in PEP 8."""
-    return name.rstrip("_").replace("_", "-")

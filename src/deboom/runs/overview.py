@@ -13,10 +13,9 @@ from deboom.answer import Answer, Number
 from deboom.errors import InputError
 from deboom.files.disk import read_json, replace_text
 from deboom.files.run_folder import RunEntry, check_files, readable_runs
-from deboom.names import path_inside
+from deboom.names import option_name, path_inside
 from deboom.report import PAGE, SUMMARY
 from deboom.report.overview import RunCard, render_overview
-from deboom.runs.options import option_name
 
 INDEX = "index.html"
 INTERACTIVE = "interactive.html"
@@ -181,7 +180,7 @@ def list_lines(results: Path) -> Iterator[str]:
 def show_lines(entry: RunEntry) -> Iterator[str]:
     """Yield everything that there is to say of a run, as text."""
     record, answer = entry.record, answer_of(entry)
-    units = {number.key: number.unit for number in answer.numbers}
+    units = {number.key: number.unit.removeprefix("1") for number in answer.numbers}
     yield f"{entry.folder.as_posix()}  ({entry.state}, seed {record.get('seed')})"
     yield str(record.get("question", ""))
     yield from filter(None, (answer.verdict, *answer.remarks))

@@ -56,6 +56,7 @@ from deboom.files.run_folder import (
     start_run,
 )
 from deboom.files.shipped_studies import FORMER_STUDIES, MOVED, moved_imports, shipped_studies
+from deboom.names import option_name
 from deboom.report import PAGE, SUMMARY, Report, Step
 from deboom.runs.options import (
     argument_for,
@@ -66,7 +67,6 @@ from deboom.runs.options import (
     is_hidden,
     is_lone_flag,
     is_positional,
-    option_name,
 )
 from deboom.runs.overview import command_of, refresh_overview
 from deboom.runs.result import RunContext

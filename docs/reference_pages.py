@@ -34,7 +34,8 @@ CONTINUED = re.compile(r"^#  +(?P<text>.*)")
 def write_reference(folder: Path) -> None:
     """Write all pages into a folder, in place of those of the last build."""
     folder.mkdir(exist_ok=True)
-    listed = folder.with_name("api.md").read_text(encoding="utf-8")
+    groups = folder.with_name("names").glob("*.md")
+    listed = "".join(path.read_text(encoding="utf-8") for path in groups)
     _write(folder / "types.md", types_page(listed))
     for name, title, pages in (
         ("commands", "Commands", dict(command_pages())),
@@ -81,7 +82,7 @@ def _classes(hint: Any) -> Iterator[type]:
 
 
 def types_page(listed: str) -> str:
-    """Return the page of the types that the API page does not list."""
+    """Return the page of the types that no group of names lists."""
     names = [name for name in argument_types() if name not in listed]
     lines = [
         "# Types of arguments and results",
@@ -126,7 +127,7 @@ def toml_pages() -> Iterator[tuple[str, str]]:
             for path in sorted(made.glob("*.toml")):
                 if path.name == FOLDERS[kind].file:
                     about = f"`deboom new {kind.value} FOLDER` writes this file."
-                    yield path.stem, f"# {path.name}\n\n{about}\n\n{key_table(path)}\n"
+                    yield path.stem, f"# {path.name}\n\n{about}\n\n{key_list(path)}\n"
     shipped = shipped_studies() / "data"
     for name, about, path in (
         ("rig", "A mount on a rig, for `deboom library rig`.", example.DATA / "rig.toml"),
@@ -137,48 +138,30 @@ def toml_pages() -> Iterator[tuple[str, str]]:
         yield name, f"# {name}.toml\n\n{about}\n\n```toml\n{text}```\n"
 
 
-def key_table(path: Path) -> str:
-    """Return the keys of a commented file by section: key, value, meaning.
+def key_list(path: Path) -> str:
+    """Return the keys of a commented file by section: key and value, then the meaning.
 
     A key that the file has behind a ``#`` must be filled in, or may be left out.
     """
     lines: list[str] = []
     for line in path.read_text(encoding="utf-8").splitlines():
         if section := SECTION.match(line):
-            if f"## [{section['name']}]\n" not in lines:
-                lines += ["", f"## [{section['name']}]\n"]
-                if section["about"]:
-                    lines.append(section["about"])
+            if f"## [{section['name']}]" not in lines:
+                lines += ["", f"## [{section['name']}]", "", *filter(None, [section["about"]])]
         elif key := KEY.match(line):
-            if not lines or not lines[-1].startswith("| "):
-                lines += ["", *_HEAD]
-            state = _state(key["meaning"] or "", bool(key["out"]))
-            meaning = (key["meaning"] or "").removeprefix("FILL IN").lstrip(": ")
-            lines.append(_row(key["key"], key["value"], state, meaning))
-        elif (other := ALTERNATIVE.match(line)) and lines and lines[-1].startswith("| `"):
-            lines.append(_row(other["key"], "", "may be left out", other["meaning"]))
+            meaning, state = key["meaning"] or "", ""
+            if meaning.startswith("FILL IN"):
+                state = ", to fill in"
+            elif key["out"]:
+                state = ", may be left out"
+            lines += ["", f"`{key['key']} = {key['value']}`{state}"]
+            if meaning := meaning.removeprefix("FILL IN").lstrip(": "):
+                lines.append(f": {meaning}")
+        elif (other := ALTERNATIVE.match(line)) and lines:
+            lines += ["", f"`{other['key']}`, may be left out", f": {other['meaning']}"]
         elif (more := CONTINUED.match(line)) and lines:
-            in_row = lines[-1].startswith("| `")
-            lines[-1] = lines[-1].removesuffix(" |") + " " + _cell(more["text"]) + " |" * in_row
+            lines[-1] += f" {more['text']}"
     return "\n".join(lines)
-
-
-_HEAD = ["| key | value | | meaning |", "|---|---|---|---|"]
-
-
-def _state(meaning: str, commented: bool) -> str:
-    if meaning.startswith("FILL IN"):
-        return "to fill in"
-    return "may be left out" if commented else "default"
-
-
-def _row(key: str, value: str, state: str, meaning: str) -> str:
-    shown = f"`{_cell(value)}`" if value else ""
-    return f"| `{key}` | {shown} | {state} | {_cell(meaning)} |"
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|")
 
 
 def _help(command: click.Command, typed: str) -> str:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import re
 import tempfile
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from keys_of_summaries import numbers_of
 from typer.main import get_command
 
 import deboom
@@ -29,6 +31,12 @@ KEY = re.compile(r"^(?P<out># )?(?P<key>\w+) = (?P<value>.*?)(?:  # (?P<meaning>
 SECTION = re.compile(r"^(?:# )?\[+(?P<name>[\w.]+)\]+(?:  # (?P<about>.*))?")
 ALTERNATIVE = re.compile(r"^# (?P<key>[a-z]\w+): (?P<meaning>.*)")
 CONTINUED = re.compile(r"^#  +(?P<text>.*)")
+
+SOURCE = Path(deboom.__file__).parents[1]
+_SAY_NUMBERS = ("deboom.pages.", "deboom.supplier.", "deboom.runs.")
+_KEYS = """These are the numbers that the study, and the pages it is made of, can say. A name in
+`<>` stands for a thing of your data, such as a vehicle. A number that a run has no reason to
+state is missing in it."""
 
 
 def write_reference(folder: Path) -> None:
@@ -110,12 +118,35 @@ def command_pages() -> Iterator[tuple[str, str]]:
 
 
 def study_pages() -> Iterator[tuple[str, str]]:
-    """Give the name and the page of each study: question, then help with all options."""
+    """Give the name and the page of each study: question, help with all options, and its keys."""
     for path in study_files(shipped_studies()):
         command = get_command(study_command(path, every_option=True))
         typed = path.stem if path.stem in get_command(app).commands else f"run {path.stem}"
-        text = f"# {path.stem}\n\n{question_of(path)}\n\n```text\n{_help(command, typed)}\n```\n"
-        yield path.stem, text
+        lines = [f"# {path.stem}", question_of(path), f"```text\n{_help(command, typed)}\n```"]
+        lines += ["## Keys of summary.json", _KEYS, keys_table(path), ""]
+        yield path.stem, "\n\n".join(lines)
+
+
+def keys_table(study: Path) -> str:
+    """Return key, unit and meaning of each number that a study and its pages may say."""
+    seen: set[Path] = set()
+    waiting = [study]
+    while waiting:
+        path = waiting.pop()
+        if path not in seen and path.is_file():
+            seen.add(path)
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+            names = {
+                node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)
+            }
+            pages = {name for name in names if name.startswith(_SAY_NUMBERS)}
+            waiting += [SOURCE / f"{name.replace('.', '/')}.py" for name in pages]
+    rows = {
+        f"| `{key}` | {unit} | {label.replace('|', '&#124;')} |"
+        for path in seen
+        for key, unit, label in numbers_of(path.read_text(encoding="utf-8"), path.name)
+    }
+    return "\n".join(["| key | unit | meaning |", "|---|---|---|", *sorted(rows)])
 
 
 def toml_pages() -> Iterator[tuple[str, str]]:

@@ -4,6 +4,7 @@ Pictures, the run in results/, and what pages say that guides quote: ``tests/gol
 """
 
 import contextlib
+import json
 import re
 import shutil
 import sys
@@ -32,6 +33,33 @@ SCREEN, A4 = (1440, 900), (820, 1160)
 """Width and height of photographed pages [px]."""
 PAINTED_S = 5.0
 """Wait until a page has computed what it shows [s]."""
+NUMBERED = (
+    "h1",
+    "dl div:first-child",
+    "table th:nth-child(2)",
+    "table th:nth-child(3)",
+    "table th:nth-child(7)",
+    "table:nth-of-type(2) th:nth-child(2)",
+    "table:nth-of-type(2) th:nth-child(6)",
+    "table:nth-of-type(2) th:nth-child(10)",
+    "table:nth-of-type(2) th:nth-child(11)",
+    "figure.aside img",
+    "figure:not(.aside) img",
+    "table:nth-of-type(3) th:nth-child(7)",
+)
+"""Parts of a sheet that `docs/guides/for-mount-suppliers.md` explains, in the order of its list."""
+NUMBER = """
+(selectors => selectors.forEach((selector, k) => {
+  const place = document.querySelector(selector).getBoundingClientRect()
+  const badge = document.createElement("b")
+  badge.textContent = k + 1
+  badge.style.cssText = `position:absolute;left:${place.left + scrollX - 9}px;` +
+    `top:${place.top + scrollY - 9}px;width:20px;height:20px;border-radius:10px;color:white;` +
+    "background:#c55a11;font:bold 12px/20px sans-serif;text-align:center"
+  document.body.append(badge)
+}))(%s)
+"""
+"""Script that puts a number on each part of a sheet."""
 PICTURES = {
     "spl_curves": "spl_curves",
     "pareto_front": "pareto_front",
@@ -86,8 +114,17 @@ def _first_pages(front: Path, box: Path, target: Path) -> None:
             time.sleep(PAINTED_S)
             (target / f"{name}.png").write_bytes(browser.picture())
             print(target / f"{name}.png")
+        _number_sheet(browser, sheet, target / "supplier_sheet_numbered.png")
     finally:
         browser.close()
+
+
+def _number_sheet(browser: Browser, sheet: Path, picture: Path) -> None:
+    """Photograph a sheet with a number on each part that the guide explains."""
+    browser.open(sheet, *A4)
+    browser.value(NUMBER % json.dumps(NUMBERED))
+    picture.write_bytes(browser.picture())
+    print(picture)
 
 
 def _finished_run(folder: Path) -> None:

@@ -84,6 +84,7 @@ numpydoc_xref_aliases = {
     "ndarray": "numpy.ndarray",
     "Generator": "numpy.random.Generator",
     **{name.rpartition(".")[2]: name for name in argument_types()},
+    **{name: f"deboom.{name}" for name in deboom.__all__ if name[0].isupper()},
 }
 numpydoc_xref_ignore = "all"
 
@@ -202,7 +203,7 @@ def list_attributes(
     for line in lines:
         if match := FIELD.match(line):
             names = re.findall(r"`(\w+)`", match[1])
-            kind = kinds.get(names[0], "")
+            kind = re.sub(r"_(?!\w)", r"\_", str(kinds.get(names[0], "")))
             fields += [f"{', '.join(names)} : {kind}", f"    {match[2]}"]
             inside = True
         elif inside and line.startswith("  "):

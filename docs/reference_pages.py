@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import re
 import tempfile
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from keys_of_summaries import numbers_of
 from typer.main import get_command
 
 import deboom
@@ -30,11 +32,18 @@ SECTION = re.compile(r"^(?:# )?\[+(?P<name>[\w.]+)\]+(?:  # (?P<about>.*))?")
 ALTERNATIVE = re.compile(r"^# (?P<key>[a-z]\w+): (?P<meaning>.*)")
 CONTINUED = re.compile(r"^#  +(?P<text>.*)")
 
+SOURCE = Path(deboom.__file__).parents[1]
+_SAY_NUMBERS = ("deboom.pages.", "deboom.supplier.", "deboom.runs.")
+_KEYS = """These are the numbers that the study, and the pages it is made of, can say. A name in
+`<>` stands for a thing of your data, such as a vehicle. A number that a run has no reason to
+state is missing in it."""
+
 
 def write_reference(folder: Path) -> None:
     """Write all pages into a folder, in place of those of the last build."""
     folder.mkdir(exist_ok=True)
-    listed = folder.with_name("api.md").read_text(encoding="utf-8")
+    groups = folder.with_name("names").glob("*.md")
+    listed = "".join(path.read_text(encoding="utf-8") for path in groups)
     _write(folder / "types.md", types_page(listed))
     for name, title, pages in (
         ("commands", "Commands", dict(command_pages())),
@@ -81,7 +90,7 @@ def _classes(hint: Any) -> Iterator[type]:
 
 
 def types_page(listed: str) -> str:
-    """Return the page of the types that the API page does not list."""
+    """Return the page of the types that no group of names lists."""
     names = [name for name in argument_types() if name not in listed]
     lines = [
         "# Types of arguments and results",
@@ -109,12 +118,35 @@ def command_pages() -> Iterator[tuple[str, str]]:
 
 
 def study_pages() -> Iterator[tuple[str, str]]:
-    """Give the name and the page of each study: question, then help with all options."""
+    """Give the name and the page of each study: question, help with all options, and its keys."""
     for path in study_files(shipped_studies()):
         command = get_command(study_command(path, every_option=True))
         typed = path.stem if path.stem in get_command(app).commands else f"run {path.stem}"
-        text = f"# {path.stem}\n\n{question_of(path)}\n\n```text\n{_help(command, typed)}\n```\n"
-        yield path.stem, text
+        lines = [f"# {path.stem}", question_of(path), f"```text\n{_help(command, typed)}\n```"]
+        lines += ["## Keys of summary.json", _KEYS, keys_table(path), ""]
+        yield path.stem, "\n\n".join(lines)
+
+
+def keys_table(study: Path) -> str:
+    """Return key, unit and meaning of each number that a study and its pages may say."""
+    seen: set[Path] = set()
+    waiting = [study]
+    while waiting:
+        path = waiting.pop()
+        if path not in seen and path.is_file():
+            seen.add(path)
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+            names = {
+                node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)
+            }
+            pages = {name for name in names if name.startswith(_SAY_NUMBERS)}
+            waiting += [SOURCE / f"{name.replace('.', '/')}.py" for name in pages]
+    rows = {
+        f"| `{key}` | {unit} | {label.replace('|', '&#124;')} |"
+        for path in seen
+        for key, unit, label in numbers_of(path.read_text(encoding="utf-8"), path.name)
+    }
+    return "\n".join(["| key | unit | meaning |", "|---|---|---|", *sorted(rows)])
 
 
 def toml_pages() -> Iterator[tuple[str, str]]:
@@ -126,7 +158,7 @@ def toml_pages() -> Iterator[tuple[str, str]]:
             for path in sorted(made.glob("*.toml")):
                 if path.name == FOLDERS[kind].file:
                     about = f"`deboom new {kind.value} FOLDER` writes this file."
-                    yield path.stem, f"# {path.name}\n\n{about}\n\n{key_table(path)}\n"
+                    yield path.stem, f"# {path.name}\n\n{about}\n\n{key_list(path)}\n"
     shipped = shipped_studies() / "data"
     for name, about, path in (
         ("rig", "A mount on a rig, for `deboom library rig`.", example.DATA / "rig.toml"),
@@ -137,48 +169,30 @@ def toml_pages() -> Iterator[tuple[str, str]]:
         yield name, f"# {name}.toml\n\n{about}\n\n```toml\n{text}```\n"
 
 
-def key_table(path: Path) -> str:
-    """Return the keys of a commented file by section: key, value, meaning.
+def key_list(path: Path) -> str:
+    """Return the keys of a commented file by section: key and value, then the meaning.
 
     A key that the file has behind a ``#`` must be filled in, or may be left out.
     """
     lines: list[str] = []
     for line in path.read_text(encoding="utf-8").splitlines():
         if section := SECTION.match(line):
-            if f"## [{section['name']}]\n" not in lines:
-                lines += ["", f"## [{section['name']}]\n"]
-                if section["about"]:
-                    lines.append(section["about"])
+            if f"## [{section['name']}]" not in lines:
+                lines += ["", f"## [{section['name']}]", "", *filter(None, [section["about"]])]
         elif key := KEY.match(line):
-            if not lines or not lines[-1].startswith("| "):
-                lines += ["", *_HEAD]
-            state = _state(key["meaning"] or "", bool(key["out"]))
-            meaning = (key["meaning"] or "").removeprefix("FILL IN").lstrip(": ")
-            lines.append(_row(key["key"], key["value"], state, meaning))
-        elif (other := ALTERNATIVE.match(line)) and lines and lines[-1].startswith("| `"):
-            lines.append(_row(other["key"], "", "may be left out", other["meaning"]))
+            meaning, state = key["meaning"] or "", ""
+            if meaning.startswith("FILL IN"):
+                state = ", to fill in"
+            elif key["out"]:
+                state = ", may be left out"
+            lines += ["", f"`{key['key']} = {key['value']}`{state}"]
+            if meaning := meaning.removeprefix("FILL IN").lstrip(": "):
+                lines.append(f": {meaning}")
+        elif (other := ALTERNATIVE.match(line)) and lines:
+            lines += ["", f"`{other['key']}`, may be left out", f": {other['meaning']}"]
         elif (more := CONTINUED.match(line)) and lines:
-            in_row = lines[-1].startswith("| `")
-            lines[-1] = lines[-1].removesuffix(" |") + " " + _cell(more["text"]) + " |" * in_row
+            lines[-1] += f" {more['text']}"
     return "\n".join(lines)
-
-
-_HEAD = ["| key | value | | meaning |", "|---|---|---|---|"]
-
-
-def _state(meaning: str, commented: bool) -> str:
-    if meaning.startswith("FILL IN"):
-        return "to fill in"
-    return "may be left out" if commented else "default"
-
-
-def _row(key: str, value: str, state: str, meaning: str) -> str:
-    shown = f"`{_cell(value)}`" if value else ""
-    return f"| `{key}` | {shown} | {state} | {_cell(meaning)} |"
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|")
 
 
 def _help(command: click.Command, typed: str) -> str:

@@ -7,7 +7,7 @@ vehicles. Vehicles whose levels correlate form families, which can share one mou
 group, one vehicle is compared with all others.
 
 On the virtual platform the three groups correlate above 0.97. U06-1 to U06-4 correlate above 0.99
-and form a family; U06-5, with its battery, correlates with them by 0.4 to 0.5 only. This fleet was
+and form a family; U06-5, with its battery, correlates with them by 0.4 to 0.6 only. This fleet was
 selected to show the effect; docs/validation.md says how many of 300 random fleets show it.
 """
 

@@ -21,7 +21,8 @@ found = deboom.unbalance(test, deboom.identify(test.hammer))
 found.table
 
 # %%
-# Line by line, with the band of everything that is not known exactly.
+# Line by line, with the band of everything that is not known exactly. Gas that rotates with the
+# rotor adds to the curve below 3000 1/min and is not in the band: there the truth lies outside.
 
 figure, axes = plt.subplots(layout="constrained")
 for sweep in found.chosen.sweeps:

@@ -53,8 +53,8 @@ paths.table.head(4)
 # %%
 # **3. The robust front**: designs that are quiet over the scatter of parts as well. A study
 # searches it, verifies it with draws that the search has not seen, and writes a page;
-# `report.html` in its folder is the one to open. A real search takes `--generations 100
-# --population 100`, the default.
+# `report.html` in its folder is the one to open. The default budget of the study is larger:
+# `--generations 30 --population 100`.
 
 front = terminal(
     f"run front --band 24 40 --generations 6 --population 16 --samples 16 --no-polish "

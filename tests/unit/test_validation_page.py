@@ -18,8 +18,8 @@ PAGE = validate.PAGE.read_text(encoding="utf-8")
 @pytest.mark.slow("judges every comparison of the page anew")
 def test_the_page_is_what_the_command_writes_and_marks_what_is_older():
     assert validate.marked(PAGE) == PAGE, "run: python benchmarks/validate.py --mark"
-    top, *sections = PAGE.split("\n## ")[1:]
-    for text, bars in ((top, 4), *((section, 5) for section in sections)):
+    plain, top, *sections = PAGE.split("\n## ")[1:]
+    for text, bars in ((plain, 3), (top, 6), *((section, 5) for section in sections)):
         rows = [line for line in text.splitlines() if line.startswith("|")]
         assert rows
         assert [row for row in rows if len(re.findall(r"(?<!\\)\|", row)) != bars] == []
@@ -27,13 +27,32 @@ def test_the_page_is_what_the_command_writes_and_marks_what_is_older():
 
 
 def test_the_page_begins_with_what_holds_and_what_does_not():
-    top = PAGE.split("\n## ")[1]
-    counts = re.findall(r"^\| \[.*\]\(#.*\) \| (\d+) of (\d+) \| (.*)\|$", top, flags=re.M)
+    top = validate.marked(PAGE).split("\n## ")[2]
+    counts = re.findall(
+        r"^\| \[.*\]\(#.*\) \| (\d+) of (\d+) \| (.*) \| (\d*) \| .*\|$", top, flags=re.M
+    )
     assert len(counts) == len(validate.sections_of(PAGE))
-    holds, misses = PAGE.count("| yes |\n"), PAGE.count("| **no** |\n")
-    assert sum(int(held) for held, _, _ in counts) == holds
-    assert sum(int(every) for _, every, _ in counts) == holds + misses
-    assert all(bool(missed.strip()) == (held != every) for held, every, missed in counts)
+    rows = validate.claims_of(PAGE)
+    claims = [row for row in rows if row[1] != "no claim"]
+    assert sum(int(every) for _, every, _, _ in counts) == len(claims)
+    assert sum(int(held) for held, _, _, _ in counts) == sum(row[3] for row in claims)
+    assert sum(int(without or 0) for *_, without in counts) == len(rows) - len(claims) > 30
+    assert all(bool(missed.strip()) == (held != every) for held, every, missed, _ in counts)
+
+
+def test_ten_numbers_in_plain_words_are_those_of_their_claims():
+    rows = validate.plain_rows(PAGE)
+    assert len(rows) == len(validate.PLAIN) == 10
+    by_sentence = {sentence: begin for sentence, begin in validate.PLAIN}
+    for row in rows:
+        sentence, number = (cell.strip() for cell in row.split("|")[1:-1])
+        (measured, *_) = [
+            figure for claim, _, figure, _ in validate.claims_of(PAGE)
+            if claim.startswith(by_sentence[sentence])
+        ]  # fmt: skip
+        assert measured.startswith(number)
+        assert float(number) > 0
+    assert len(validate.coverages(PAGE)) > 20
 
 
 @pytest.fixture

@@ -138,9 +138,13 @@ MOVED_NAMES: Mapping[str, Mapping[str, str]] = {
         "UnbalancePlan": "deboom.runs.compressor_tests.UnbalancePlan",
         "measured_unbalance": "deboom.runs.compressor_tests.measured_unbalance",
     },
+    "deboom.pages.front_answer": {
+        "run_up_sounds": "deboom.files.sound.run_up_files",
+    },
     "deboom.pages.mount_characterisation": {
         "characterise_given": "deboom.runs.campaigns.characterise_given",
         "characterise_virtual": "deboom.runs.campaigns.characterise_virtual",
+        "identified": "deboom.mounts.characterised_bench.identified",
         "model_table": "deboom.mounts.characterised_bench.model_table",
     },
     "deboom.runs.catalogue": {

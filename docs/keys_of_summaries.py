@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from html import escape
 from pathlib import Path
 
 from deboom.files.shipped_studies import shipped_studies
@@ -45,7 +46,7 @@ def table() -> str:
     """Write a row in Markdown per key of every page, by key."""
     modules = [*(ROOT / "src" / "deboom").rglob("*.py"), *shipped_studies().glob("*.py")]
     rows = {
-        f"| `{key}` | {unit} | {label.replace('|', '&#124;')} | `{path.stem}` |"
+        f"| `{key}` | {unit} | {escape(label).replace('|', '&#124;')} | `{path.stem}` |"
         for path in modules
         for key, unit, label in numbers_of(path.read_text(encoding="utf-8"), path.name)
     }

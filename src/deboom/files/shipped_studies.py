@@ -138,7 +138,11 @@ MOVED_NAMES: Mapping[str, Mapping[str, str]] = {
         "UnbalancePlan": "deboom.runs.compressor_tests.UnbalancePlan",
         "measured_unbalance": "deboom.runs.compressor_tests.measured_unbalance",
     },
+    "deboom.pages.front_answer": {
+        "run_up_sounds": "deboom.pages.front_answer.report_loudest_sound",
+    },
     "deboom.pages.mount_characterisation": {
+        "identified": "deboom.mounts.characterised_bench.identified",
         "characterise_given": "deboom.runs.campaigns.characterise_given",
         "characterise_virtual": "deboom.runs.campaigns.characterise_virtual",
         "model_table": "deboom.mounts.characterised_bench.model_table",

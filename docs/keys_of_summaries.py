@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from html import escape
 from pathlib import Path
 
 from deboom.files.shipped_studies import shipped_studies
@@ -41,11 +42,16 @@ def _words(node: ast.expr) -> str:
     return ""
 
 
+def _cell(text: str) -> str:
+    """Return a text as a cell of a table in Markdown shows it."""
+    return escape(text, quote=False).replace("|", "&#124;")
+
+
 def table() -> str:
     """Write a row in Markdown per key of every page, by key."""
     modules = [*(ROOT / "src" / "deboom").rglob("*.py"), *shipped_studies().glob("*.py")]
     rows = {
-        f"| `{key}` | {unit} | {label.replace('|', '&#124;')} | `{path.stem}` |"
+        f"| `{key}` | {unit} | {_cell(label)} | `{path.stem}` |"
         for path in modules
         for key, unit, label in numbers_of(path.read_text(encoding="utf-8"), path.name)
     }

@@ -23,7 +23,9 @@ def test_every_key_of_the_code_stands_with_unit_and_meaning(keys):
         "worst: in that which gains least | `front_answer` |"
     )
     assert expected in rows
+    # a bar would end a cell, and a name in angle brackets would be an element of HTML
     assert all(row.count("|") == 5 for row in rows)
+    assert not any("<" in cell for row in rows for cell in row.split("`")[::2])
 
 
 def test_a_key_that_only_a_run_would_tell_is_refused(keys):

@@ -257,6 +257,7 @@ def test_a_number_of_the_summary_that_is_not_known_is_null():
         (lambda r: r.table(None, TABLE, "T", {"x": 1}), "unknown columns \\['x'\\]"),
         (lambda r: r.panel("Each vehicle", Table(TABLE, "")), "call `answer` first"),
         (lambda r: [r.number("a", 1, "", "n") for _ in "xy"], "two things of the name 'a'"),
+        (lambda r: [r.answer("Yes."), *(r.panel("Same", "x") for _ in "ab")], "the name 'Same'"),
         (lambda r: [r.number(k, 1, "", "n", headline="d") for k in "xy"], "of the name 'n'"),
     ],
 )

@@ -200,17 +200,15 @@ def mount_front_report(view: MountFront, run: str) -> Report:
 
 
 def _tell(report: Report, view: MountFront) -> None:
-    """Keep the headline numbers; show those that a hurried reader takes away."""
+    """Say the numbers of the run, and warn of booming peaks that become louder."""
     changes = [
         (c.level_after - c.level_before, c, car)
         for car, of in view.fleet.peak_changes(view.best).items()
         for c in of
     ]
-    today, best = (
-        view.stiffness(design) for design in (view.front.robust.space.nominal, view.best)
-    )
+    today, new = _todays_and_new_stiffness(view)
     build = (
-        f"{view.names[k]} × {best[k] / today[k]:.2f}"
+        f"{view.names[k]} × {new[k] / today[k]:.2f}"
         for k in np.argsort(view.importance)[: -1 - MOST_NAMED : -1]
     )
     before, after = mean_levels(view.fleet, view.best)

@@ -28,7 +28,7 @@ from deboom.explore.space import DesignSpace, sobol_points
 from deboom.files.made_parts import tolerance_cost
 from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.uncertainty import Interval, pivotal_interval
-from deboom.pages.solution_box import COMMON, BoxStudy, box_report
+from deboom.pages.solution_box import BoxStudy, box_report
 from deboom.progress import Progress, announce, progress_bar
 from deboom.report import Report
 from deboom.runs.options import Bounds, CostTable, FrontRun, Seed
@@ -74,6 +74,13 @@ class Options:
             "vehicle are counted."
         ),
     ] = True
+    common: Annotated[
+        float,
+        Option(
+            help="By how much the rubber of all mounts together may be softer or harder in the "
+            "cars than in the test of a part: temperature, age or a batch [1]."
+        ),
+    ] = 0.05
     cost_table: CostTable = None
     front: FrontRun = None
     pick: Annotated[Pick, Option(help="Design of the front.")] = Pick.best_mean
@@ -178,6 +185,7 @@ def question(model: Model, options: Options) -> BoxQuestion:
         upper=space.upper * (1.0 + space.tolerance),
         weight=tolerance_cost(options.cost_table, space.names).weight,
         together=options.worst_vehicle,
+        common=options.common,
     )
 
 
@@ -212,9 +220,9 @@ def share_measured_again(study: BoxStudy) -> Interval:
     """
     question = study.question
     places = sobol_points(
-        len(study.variables), PARTS, seed=study.seed, purpose="parts of a box measured again"
+        question.n_draws, PARTS, seed=study.seed, purpose="parts of a box measured again"
     )
-    parts = study.box.at(places)
+    parts = question.parts(study.box.ends, places)
 
     def share(response: MeanLevel | PeakLevel) -> float:
         within = np.asarray(response(parts)) <= question.limit
@@ -234,7 +242,7 @@ def share_measured_again(study: BoxStudy) -> Interval:
 def shares_of_common_factors(study: BoxStudy) -> tuple[float, float]:
     """Return the shares that keep the limit where all rubber is softer, and harder, together [1].
 
-    Parts lie in the box; in the cars all their stiffnesses are `COMMON` lower, or higher.
+    Parts lie in the box; in the cars all their stiffnesses are `--common` lower, or higher.
     """
     parts = study.box.at(
         sobol_points(
@@ -243,6 +251,6 @@ def shares_of_common_factors(study: BoxStudy) -> tuple[float, float]:
     )
     softer, harder = (
         float(study.question.part_shares(study.question.excess(factor * parts)).mean())
-        for factor in (1.0 - COMMON, 1.0 + COMMON)
+        for factor in (1.0 - study.question.common, 1.0 + study.question.common)
     )
     return softer, harder

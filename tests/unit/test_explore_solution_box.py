@@ -38,10 +38,10 @@ def bowls(**others):
     return BoxQuestion(problem, np.full(2, 0.15), 0.9, **{**bounds, **others})
 
 
-@pytest.mark.parametrize("together", [False, True])
-def test_the_smooth_share_has_exact_derivatives(together):
-    question = bowls(together=together)
-    unit = sobol_points(2, 1024, seed=1, purpose="derivatives")
+@pytest.mark.parametrize(("together", "common"), [(False, 0.0), (True, 0.0), (True, 0.1)])
+def test_the_smooth_share_has_exact_derivatives(together, common):
+    question = bowls(together=together, common=common)
+    unit = sobol_points(question.n_draws, 1024, seed=1, purpose="derivatives")
     ends = np.array([[0.7, 0.8], [1.1, 1.2]])
 
     def share(moved):

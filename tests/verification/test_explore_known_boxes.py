@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from deboom.explore.box import Box, BoxQuestion, face_shares
 from deboom.explore.largest_box import BoxEffort, largest_box
@@ -43,6 +44,23 @@ def test_the_search_finds_the_exact_box(instance):
     assert kept
     assert confirmed
     assert off <= 4.0
+
+
+def test_a_common_factor_leaves_the_width_that_its_integral_does():
+    """Of ``f x ≤ 1`` with x even up to u and f even in 1 ± c, ``E[min(1, 1/(f u))]`` is kept."""
+    common, share = 0.3, 0.9
+
+    def kept(u):
+        certain = 1 / u - (1 - common)
+        return (certain + np.log((1 + common) * u) / u) / (2 * common)
+
+    exact = brentq(lambda u: kept(u) - share, 1.0, 1.4)
+    problem = known_boxes.LinearProblem(np.ones((1, 1)))
+    question = BoxQuestion(problem, np.ones(1), share, np.zeros(1), np.full(1, 3.0), common=common)
+    solution = largest_box(question, seed=1, effort=EFFORT)
+    assert solution.box.lower == 0.0
+    assert solution.box.upper == pytest.approx(exact, rel=0.01)
+    assert solution.box.upper < 1 / share - 0.02
 
 
 def test_at_the_optimum_all_free_faces_have_the_same_share():

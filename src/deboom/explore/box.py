@@ -2,8 +2,10 @@
 
 A part that lies in its box is accepted, whatever the other variables of the same part are; that is
 what a drawing can say. Parts are taken to lie evenly: an acceptance test says no more than that
-they lie inside. The share counts parts and responses, or whole parts, that keep the limit; a share
-below 1 leaves out the corners of the box that parts hardly ever reach.
+they lie inside. Where they are used, one factor may change all variables of a part together, as
+temperature changes all rubber of a car; it is drawn as evenly, apart from the places. The share
+counts parts and responses, or whole parts, that keep the limit; a share below 1 leaves out the
+corners of the box that parts hardly ever reach.
 """
 
 from __future__ import annotations
@@ -50,6 +52,11 @@ class Box:
         """Middles of the intervals, shape (k,) [units of the variables]."""
         return np.asarray(0.5 * (self.lower + self.upper))
 
+    @property
+    def ends(self) -> RealArray:
+        """Lower and upper ends, shape (2, k) [units of the variables]."""
+        return np.stack([self.lower, self.upper])
+
     def at(self, places: RealArray) -> RealArray:
         """Return the designs at places from 0 to 1 of the intervals, both of shape (n, k)."""
         return np.asarray(self.lower + places * self.width)
@@ -77,11 +84,15 @@ class BoxQuestion:
         Cost of a per cent of tolerance, above 0; only ratios count. Default is 1 [1].
     together : bool
         Whether a part must keep all limits; otherwise pairs of part and response are counted.
+    common : float
+        Half width of the factor about 1 by which all variables of a part differ in use from what
+        they are in the box, at least 0 and below 1 [1].
 
     Raises
     ------
     InputError
-        Impossible limits, bounds, weights or share; a model without gradient; no free variable.
+        Impossible limits, bounds, weights, share or common factor; a model without gradient; no
+        free variable.
 
     Examples
     --------
@@ -100,6 +111,7 @@ class BoxQuestion:
     upper: RealArray
     weight: RealArray = field(default_factory=lambda: np.empty(0))
     together: bool = False
+    common: float = 0.0
 
     def __post_init__(self) -> None:
         check_gradient(self.response, "a box is found with one only")
@@ -113,6 +125,11 @@ class BoxQuestion:
             raise InputError(
                 f"a share of {self.share:g} of the parts: give one above 0 and below 1, such as "
                 "0.95; that all parts keep a limit no sample can show"
+            )
+        if not 0.0 <= self.common < 1.0:
+            raise InputError(
+                f"a common factor of 1 ± {self.common:g}: give a half width from 0 and below 1, "
+                "such as 0.05"
             )
         for name, low, high, price in zip(self.names, self.lower, self.upper, weight, strict=True):
             if low > high:
@@ -134,6 +151,22 @@ class BoxQuestion:
     def free(self) -> BoolArray:
         """Variables that are not held fixed, shape (k,)."""
         return np.asarray(self.upper > self.lower)
+
+    @property
+    def n_draws(self) -> int:
+        """Uniform draws that stand for one part: its places, and a common factor."""
+        return len(self.names) + (self.common > 0.0)
+
+    def parts(self, ends: RealArray, unit: RealArray) -> RealArray:
+        """Return parts in use, (n, k), of a box with ends (2, k) at draws (n, n_draws) [1]."""
+        places = unit[:, : len(self.names)]
+        return np.asarray(self.factor(unit) * (ends[0] + places * (ends[1] - ends[0])))
+
+    def factor(self, unit: RealArray) -> RealArray:
+        """Return the common factor of each draw, (n, 1) [1]."""
+        if self.common == 0.0:
+            return np.ones((len(unit), 1))
+        return np.asarray(1.0 + self.common * (2.0 * unit[:, len(self.names) :] - 1.0))
 
     @property
     def bounds(self) -> Box:
@@ -167,8 +200,8 @@ class BoxQuestion:
         return np.asarray(kept.all(axis=1) if self.together else kept.mean(axis=1), dtype=float)
 
     def share_of(self, box: Box, unit: RealArray) -> float:
-        """Return the share over the parts that uniform draws, shape (n, k), stand for [1]."""
-        return float(self.part_shares(self.excess(box.at(unit))).mean())
+        """Return the share over the parts that uniform draws, (n, n_draws), stand for [1]."""
+        return float(self.part_shares(self.excess(self.parts(box.ends, unit))).mean())
 
     def log_volume(self, box: Box) -> float:
         """Return ``Σ weight log width`` over the free variables."""
@@ -199,16 +232,17 @@ def smooth_share(
 
     - `ends` (2, k): lower and upper ends, of which any pair may be crossed [units of the
       variables].
-    - `unit` (n, k): uniform draws that stand for the parts [1].
+    - `unit` (n, n_draws): uniform draws that stand for the parts [1].
     - `softness`: width of the normal distribution that smooths the step [response_unit].
     - returns `share`: mean of ``Φ(-excess / softness)`` over parts and responses or, with
       ``question.together``, of the largest excess of each part [1].
     - returns `gradient` (2, k): derivatives of the share by the ends [1 / units of the variables].
 
-    A part is ``l + t (u - l)`` with its place t from the shared draws, thus ``∂x/∂l = 1 - t`` and
-    ``∂x/∂u = t``: the model's gradient of parts near the limit is all that is needed.
+    A part is ``f (l + t (u - l))`` with its place t and common factor f from the shared draws, thus
+    ``∂x/∂l = f (1 - t)`` and ``∂x/∂u = f t``: the model's gradient of parts near the limit is all
+    that is needed.
     """
-    designs = ends[0] + unit * (ends[1] - ends[0])
+    designs = question.parts(ends, unit)
     excess = question.excess(designs)
     counted = np.ones(excess.shape, dtype=bool)
     if question.together:
@@ -221,8 +255,10 @@ def smooth_share(
     rows = np.flatnonzero(slope.any(axis=1))
     if len(rows):
         by_part = _pulled_back(question.response, designs[rows], slope[rows])
-        by_end[0] = np.einsum("nk,nk->k", by_part, 1.0 - unit[rows])
-        by_end[1] = np.einsum("nk,nk->k", by_part, unit[rows])
+        by_part *= question.factor(unit[rows])
+        places = unit[rows, : designs.shape[1]]
+        by_end[0] = np.einsum("nk,nk->k", by_part, 1.0 - places)
+        by_end[1] = np.einsum("nk,nk->k", by_part, places)
     return float(kept.sum() / counted.sum()), by_end
 
 
@@ -246,7 +282,7 @@ def _pulled_back(response: Differentiable, designs: RealArray, weights: RealArra
 def face_shares(question: BoxQuestion, box: Box, unit: RealArray) -> RealArray:
     """Return the share that parts exactly at each lower and each upper end keep, shape (2, k) [1].
 
-    Parts lie evenly, at ``unit`` of shape (n, k):
+    Parts lie evenly, at ``unit`` of shape (n, n_draws):
     ``∂share/∂u_k = (share of the upper face - share) / (u_k - l_k)``, by Leibniz' rule, without any
     smoothing. In the largest box each face that is no bound has a share that is lower than that of
     the box by the same multiple of the weight: the check of an optimum that needs no gradient of
@@ -256,7 +292,7 @@ def face_shares(question: BoxQuestion, box: Box, unit: RealArray) -> RealArray:
     for end, column in np.ndindex(*shares.shape):
         moved = unit.copy()
         moved[:, column] = end
-        shares[end, column] = question.part_shares(question.excess(box.at(moved))).mean()
+        shares[end, column] = question.share_of(box, moved)
     return shares
 
 
@@ -297,8 +333,8 @@ def verified_share(
     kept = np.zeros(question.limit.size)
     for start in range(0, n_parts, _CHUNK):
         rows = slice(start, min(start + _CHUNK, n_parts))
-        unit = draws.random((rows.stop - rows.start, len(question.names)))
-        excess = question.excess(box.at(unit))
+        unit = draws.random((rows.stop - rows.start, question.n_draws))
+        excess = question.excess(question.parts(box.ends, unit))
         shares[rows] = question.part_shares(excess)
         kept += (excess <= 0.0).sum(axis=0)
     return VerifiedShare(

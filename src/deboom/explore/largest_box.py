@@ -182,7 +182,7 @@ def largest_box(
         raise InputError(f"{workers} workers cannot compute anything: take a whole number from 1")
     effort, say = effort or BoxEffort(), progress or (lambda *_: None)
     began = time.perf_counter()
-    size = len(question.names)
+    size = question.n_draws
     most = max(n_parts for _, n_parts in (*effort.coarse, *effort.fine))
     designs = reachable_designs(question, seed=seed, count=effort.starts, points=points)
     sample = sobol_points(size, effort.calibration, seed=seed, purpose="size of a box")
@@ -416,7 +416,7 @@ def _stage(question: BoxQuestion, box: Box, unit: RealArray, softness: float, ta
 
 def _typical_spread(question: BoxQuestion, box: Box, unit: RealArray) -> float:
     """Root mean square over the responses of their standard deviation over the parts of a box."""
-    excess = question.excess(box.at(unit))
+    excess = question.excess(question.parts(box.ends, unit))
     valid = excess[np.isfinite(excess).all(axis=1)]
     spread = float(np.sqrt(valid.var(axis=0).mean())) if len(valid) > 1 else 0.0
     return spread if spread > 0.0 else 1.0
@@ -460,7 +460,7 @@ def _calibrated(
 
 def _wanted(question: BoxQuestion, effort: BoxEffort, box: Box, sample: RealArray) -> float:
     """Return the share that the larger sample must keep for the bound to reach the stated one."""
-    shares = question.part_shares(question.excess(box.at(sample)))
+    shares = question.part_shares(question.excess(question.parts(box.ends, sample)))
     variance = float(shares.var(ddof=1))
     sobol = _QUIETER**2 * variance / effort.calibration
     both = np.sqrt(variance / effort.verification + sobol)

@@ -153,6 +153,9 @@ class AcceptanceBox(StrictModel):
         Independent parts.
     law : str
         How parts were taken to lie in the box.
+    common : float
+        By how much all rubber of a car may be softer or harder together than in the test of a part;
+        0 in files of earlier versions [1].
     seed : int
         Seed of search and verification.
     """
@@ -178,6 +181,7 @@ class AcceptanceBox(StrictModel):
     confidence: _Part
     n_parts: Number
     law: str
+    common: Share = 0.0
     seed: Number
 
     def faults(self) -> Iterator[str]:

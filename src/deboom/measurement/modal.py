@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -526,8 +525,10 @@ def modal_model(
 ) -> ModalModel:
     """Estimate modal constants and residuals for known poles, and rebuild the FRF from them.
 
-    Least squares in the frequency domain (LSFD), with a lower and an upper residual for the modes
-    outside the band. Shapes are the leading left singular vectors of the residues.
+    Least squares in the frequency domain (LSFD), each line weighed with the variance that the fit
+    leaves there, with a lower and an upper residual for the modes outside the band: what a strong
+    mode beside the band leaves does not turn the shapes of the others. Shapes are the leading left
+    singular vectors of the residues.
 
     Parameters
     ----------
@@ -550,7 +551,8 @@ def modal_model(
     Raises
     ------
     InputError
-        No mode, or two modes with one pole; see also `poles_over_orders`.
+        No mode, two modes with one pole, or fewer lines than unknowns; see also
+        `poles_over_orders`.
 
     Examples
     --------
@@ -564,24 +566,20 @@ def modal_model(
             raise InputError(
                 f"two modes share the pole at {first.frequency:.2f} Hz: keep one of them"
             )
-    model = _ema_model(frf, form, band, SMALLEST_ORDER)
-    chosen = SimpleNamespace(
-        pole_ind=[[0, number] for number in range(len(kept) + len(auxiliary))],
-        all_poles=[[cluster.pole - frf.added_decay_rate for cluster in (*kept, *auxiliary)]],
-    )
-    rebuilt, constants = model.get_constants(
-        whose_poles=chosen,
-        f_lower=model.lower,
-        f_upper=float(model.freq[-1]),
-        upper_r=True,
-        lower_r=True,
-    )
+    fit = _pole_fit(frf, form, band)
+    poles = np.array([cluster.pole for cluster in (*kept, *auxiliary)])
+    if fit.s.size < poles.size + 2:
+        raise InputError(
+            f"{fit.s.size} lines between {band[0]:g} and {band[1]:g} Hz do not fix {poles.size} "
+            "modes: use a wider band, more lines or fewer modes"
+        )
+    for _ in FIT_TOLERANCES:
+        fit = fit.reweighted(poles)
+    linear = fit.linear(poles)
     pairs = len(frf.outputs), len(frf.inputs)
+    residues = np.moveaxis(linear.residues[:, : len(kept)].reshape(*pairs, -1), -1, 0)
     lines = (frf.frequency >= band[0]) & (frf.frequency <= band[1])
-    # the library holds one row per pair of output and input, from 0 Hz to the band's end
-    values = np.moveaxis(np.asarray(rebuilt).reshape(*pairs, -1), -1, 0)[-int(lines.sum()) :]
-    values = values / _between_forms(frf.frequency[lines], form, frf.added_decay_rate)
-    residues = np.moveaxis(np.asarray(constants).reshape(*pairs, -1), -1, 0)[: len(kept)]
+    values = (fit.measured - fit.deviation(poles)).T.reshape(-1, *pairs)
     left, singular, _ = np.linalg.svd(residues, full_matrices=False)
     leading = left[:, :, 0]
     largest = np.take_along_axis(leading, np.abs(leading).argmax(axis=1)[:, np.newaxis], axis=1)
@@ -601,8 +599,8 @@ def modal_model(
         inputs=frf.inputs,
         residues=residues,
         shapes=leading / largest,
-        lower_residual=np.asarray(model.LR).reshape(pairs),
-        upper_residual=np.asarray(model.UR).reshape(pairs),
+        lower_residual=linear.lower.reshape(pairs),
+        upper_residual=linear.upper.reshape(pairs),
         rank_one=singular[:, 0] ** 2 / np.sum(singular**2, axis=1),
         rebuilt=replace(frf, frequency=frf.frequency[lines], values=values),
         nearby_error=np.array(nearby),
@@ -683,18 +681,10 @@ def refined_poles(
     given = (*clusters, *auxiliary)
     if not given:
         raise InputError("refined poles need at least one mode to begin from")
-    _lines_of(frf, band)
-    lines = (frf.frequency >= band[0]) & (frf.frequency <= band[1])
-    measured = frf.values[lines].reshape(int(lines.sum()), -1).T
-    s = np.asarray(2j * np.pi * frf.frequency[lines] + frf.added_decay_rate)
+    fit = _pole_fit(frf, form, band)
     origin = poles = np.array([cluster.pole for cluster in given])
-    smallest = ROUNDING**2 * float(np.mean(np.abs(measured) ** 2))
-    fit = _PoleFit(s, form.derivative, measured, np.ones(measured.shape))
     for tolerance in FIT_TOLERANCES:
-        left = np.abs(fit.deviation(poles)) ** 2
-        local = uniform_filter1d(left, NOISE_LINES, axis=1, mode="nearest")
-        variance = local + LEAST_NOISE * left.mean(axis=1, keepdims=True) + smallest
-        fit = _PoleFit(s, form.derivative, measured, 1 / np.sqrt(variance))
+        fit = fit.reweighted(poles)
         poles, at_limit = fit.best(poles, origin, tolerance)
     poles = np.where(at_limit, origin, poles)
     refined = [
@@ -703,7 +693,7 @@ def refined_poles(
     ]
     stays = _without_doubles(refined)
     if stays.all():
-        stays = fit.strength(poles).mean(axis=0) >= 1 + CERTAIN / np.sqrt(len(measured))
+        stays = fit.strength(poles).mean(axis=0) >= 1 + CERTAIN / np.sqrt(len(fit.measured))
     inside = np.array([band[0] <= cluster.frequency <= band[1] for cluster in refined])
     modes, outside = (
         tuple(sorted(itertools.compress(refined, part), key=lambda cluster: cluster.frequency))
@@ -722,13 +712,16 @@ class _Linear:
     """Residues and residuals that fit best to given poles.
 
     - `basis` (n_pair, 2 n_line, n): orthonormal, of what n coefficients reach.
-    - `residues` (n_pair, n_pole); `root` (n_pair, n, n): of the covariance of the coefficients for
-      unit variance of each real number.
+    - `residues` (n_pair, n_pole); `upper`, `lower` (n_pair,): residuals.
+    - `root` (n_pair, n, n): of the covariance of the coefficients for unit variance of each real
+      number.
     - `deviation` (n_pair, 2 n_line): weighted, real parts, then imaginary parts.
     """
 
     basis: RealArray
     residues: ComplexArray
+    upper: ComplexArray
+    lower: ComplexArray
     deviation: RealArray
     root: RealArray
 
@@ -746,9 +739,17 @@ class _PoleFit:
     measured: ComplexArray
     weight: RealArray
 
+    def reweighted(self, poles: ComplexArray) -> _PoleFit:
+        """Weigh each line with the variance that given poles leave there."""
+        left = np.abs(self.deviation(poles)) ** 2
+        local = uniform_filter1d(left, NOISE_LINES, axis=1, mode="nearest")
+        smallest = ROUNDING**2 * float(np.mean(np.abs(self.measured) ** 2))
+        variance = local + LEAST_NOISE * left.mean(axis=1, keepdims=True) + smallest
+        return replace(self, weight=1 / np.sqrt(variance))
+
     def deviation(self, poles: ComplexArray) -> ComplexArray:
         """Return what the best residues and residuals leave, (n_pair, n_line)."""
-        real, imaginary = np.split(self._linear(poles).deviation, 2, axis=1)
+        real, imaginary = np.split(self.linear(poles).deviation, 2, axis=1)
         return np.asarray((real + 1j * imaginary) / self.weight)
 
     def best(
@@ -766,18 +767,18 @@ class _PoleFit:
 
         latest: tuple[RealArray, _Linear] | None = None
 
-        def linear(x: RealArray) -> _Linear:
+        def at(x: RealArray) -> _Linear:
             """Fit once for deviation and slope at the same poles: it takes most of the time."""
             nonlocal latest
             if latest is None or not np.array_equal(latest[0], x):
-                latest = x.copy(), self._linear(moved(x))
+                latest = x.copy(), self.linear(moved(x))
             return latest[1]
 
         def deviation(x: RealArray) -> RealArray:
-            return linear(x).deviation.ravel()
+            return at(x).deviation.ravel()
 
         def jacobian(x: RealArray) -> RealArray:
-            return self._slope(moved(x), linear(x), np.concatenate([decay, 1j * decay]))
+            return self._slope(moved(x), at(x), np.concatenate([decay, 1j * decay]))
 
         shift = np.repeat([1 - LARGEST_FACTOR, -LARGEST_SHIFT], poles.size)
         limits = shift, np.repeat([1 - 1 / LARGEST_FACTOR, LARGEST_SHIFT], poles.size)
@@ -789,7 +790,7 @@ class _PoleFit:
 
     def strength(self, poles: ComplexArray) -> RealArray:
         """Return the residues' squares over their variance, (n_pair, n_pole): 1 for noise [1]."""
-        linear = self._linear(poles)
+        linear = self.linear(poles)
         both = np.stack([linear.residues.real, linear.residues.imag], axis=-1)
         parts = np.stack([np.arange(poles.size), np.arange(poles.size) + poles.size], axis=1)
         root = linear.root[:, parts]
@@ -799,7 +800,7 @@ class _PoleFit:
         solved = np.linalg.solve(covariance, both[..., np.newaxis])[..., 0]
         return np.asarray(np.sum(both * solved, axis=-1))
 
-    def _linear(self, poles: ComplexArray) -> _Linear:
+    def linear(self, poles: ComplexArray) -> _Linear:
         """Fit residues and residuals, which are linear, to given poles."""
         factor, ones = self.s**self.derivative, np.ones_like(self.s)
         of_pole, of_conjugate = self._per_residue(poles)
@@ -812,9 +813,16 @@ class _PoleFit:
         target = _apart(self.weight * self.measured)[:, :, np.newaxis]
         explained = basis.transpose(0, 2, 1) @ target
         root = np.linalg.inv(triangle) / size[:, np.newaxis]
-        linear = (root @ explained)[:, :, 0]
-        residues = linear[:, : poles.size] + 1j * linear[:, poles.size : 2 * poles.size]
-        return _Linear(basis, residues, (target - basis @ explained)[:, :, 0], root)
+        coefficients = (root @ explained)[:, :, 0]
+        n = 2 * poles.size
+        return _Linear(
+            basis=basis,
+            residues=coefficients[:, : poles.size] + 1j * coefficients[:, poles.size : n],
+            upper=coefficients[:, n] + 1j * coefficients[:, n + 1],
+            lower=coefficients[:, n + 2] + 1j * coefficients[:, n + 3],
+            deviation=(target - basis @ explained)[:, :, 0],
+            root=root,
+        )
 
     def _per_residue(self, poles: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Return what a residue and its conjugate are multiplied by, (n_pole, n_line) each."""
@@ -839,6 +847,24 @@ class _PoleFit:
         slope = _apart(self.weight[:, np.newaxis] * flat)
         slope = slope - (slope @ linear.basis) @ linear.basis.transpose(0, 2, 1)
         return np.asarray(-np.moveaxis(slope, 1, 2).reshape(-1, steps.size))
+
+
+def _pole_fit(frf: Frf, form: FrfForm, band: tuple[float, float]) -> _PoleFit:
+    """Gather the functions of a band for a fit, every line of one weight."""
+    _refuse_inverse(form)
+    _lines_of(frf, band)
+    lines = (frf.frequency >= band[0]) & (frf.frequency <= band[1])
+    measured = frf.values[lines].reshape(int(lines.sum()), -1).T
+    s = np.asarray(2j * np.pi * frf.frequency[lines] + frf.added_decay_rate)
+    return _PoleFit(s, form.derivative, measured, np.ones(measured.shape))
+
+
+def _refuse_inverse(form: FrfForm) -> None:
+    if form not in _FORM_NAMES:
+        name = form.name.lower().replace("_", " ")
+        raise InputError(
+            f"modal analysis reads motion per load, not {name}: convert() the whole matrix first"
+        )
 
 
 def _apart(values: ComplexArray) -> RealArray:
@@ -915,11 +941,7 @@ def _ema_model(
         raise InputError(
             'modal analysis needs sdypy-EMA: install deboom with the extra "modal"'
         ) from None
-    if form not in _FORM_NAMES:
-        name = form.name.lower().replace("_", " ")
-        raise InputError(
-            f"modal analysis reads motion per load, not {name}: convert() the whole matrix first"
-        )
+    _refuse_inverse(form)
     unknown, total, step = _lines_of(frf, band)
     low, high = band
     n_line = total - unknown + 1

@@ -20,7 +20,7 @@ from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.measurement.culprit import culprit_of_responses, odd_channels
 from deboom.measurement.quality import LARGEST_INCONSISTENCY, geometric_consistency
 from deboom.mounts.losses import loss_faults
-from deboom.mounts.measuring_chain import InstrumentedBody, instrumented_bodies
+from deboom.mounts.measuring_chain import InstrumentedBody, bench_mode, instrumented_bodies
 from deboom.physics.rigid_body import LARGEST_RESIDUAL, box_density, forward_matrices, not_rigid
 
 TORQUE_GAP = 0.15
@@ -65,7 +65,10 @@ def campaign_findings(
     if (matrix := campaign.mass_matrix) is not None:
         sentences += density_doubt(float(matrix[0, 0]), matrix[3:, 3:])
     findings = [*map(Finding, sentences)]
+    frequency = np.concatenate([run.frequency for run in campaign.runs])
     for body in powertrain:
+        of_bench = bench_mode(body.points, frequency)
+        findings += [Finding(sentence, alarm=denies) for sentence, denies in of_bench]
         of_motion = [*map(Finding, _places(body)), *_sensors(campaign, body)]
         findings += of_motion
         findings += map(Finding, (*_statics(campaign.runs, body), *_cells(campaign.runs, body)))
@@ -253,7 +256,11 @@ def at_mounts(body: InstrumentedBody, run: OperatingRun) -> LoadCase:
     """Return a run's motion and forces at the mounts of a rigid body."""
     squared = -((2.0 * np.pi * run.frequency[:, np.newaxis]) ** 2)
     names = tuple(f"{point.name} {axis}" for point in body.points for axis in AXES)
-    force = run.cell_force.select(body.cell_channels).values @ body.force_matrix.T
+    cells = [
+        point.corrected(run.cell_force.select(point.cell_channels).values, run.frequency)
+        for point in body.points
+    ]
+    force = np.hstack(cells) @ body.force_matrix.T
     measured = run.acceleration.select(body.channels).values
     to_points = body.at_points @ np.linalg.pinv(body.forward)
     moved: ComplexArray = (measured / squared) @ to_points.T

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from deboom.arrays import AXES, short_repr
+from deboom.arrays import AXES, RealArray, short_repr
 from deboom.errors import InputError
 from deboom.measurement.campaign import Campaign, MeasuredMount, OperatingRun
 from deboom.measurement.culprit import culprit_of_responses, explain_rotation_order
@@ -32,6 +32,7 @@ from deboom.mounts.measuring_chain import (
     AlignmentEstimate,
     InstrumentedBody,
     alignment,
+    bench_mode,
     body_record,
     instrumented_bodies,
     stated_alignment,
@@ -132,13 +133,17 @@ class Characterisation(Tabled):
     def alarms(self) -> tuple[str, ...]:
         """Sentences on what the measurement contradicts.
 
-        Directions of measuring chains that contradict Newton's law are withdrawn, and those of a
-        mount whose force its own displacements do not explain; it is named with its likely angle.
+        Directions of measuring chains that contradict Newton's law are withdrawn, those of a mount
+        whose force its own displacements do not explain, which is named with its likely angle, and
+        those of mounts whose force a mode of the test bench changes where no shaker was.
         """
         of_chains = [
             alarm for chain in self.chains for alarm in chain.alarms(self.campaign.excited)
         ]
-        return (*of_chains, *(mount.sentence for mount in self.cross_stiffness if mount.clear))
+        of_mounts = [mount.sentence for mount in self.cross_stiffness if mount.clear]
+        points = [point for chain in self.chains for point in chain.alignment.body.points]
+        of_bench = [text for text, denies in bench_mode(points, _lines(self.runs)) if denies]
+        return (*of_chains, *of_mounts, *of_bench)
 
     def record(self, inputs_sha256: Mapping[str, str]) -> CampaignRecord:
         """Return the library's record of the campaign, with the hash of every input file."""
@@ -329,6 +334,8 @@ def characterise(
         )
     judged = cross_stiffness_of_maps(maps, campaign.tolerances)
     doubted = {mount.mount for mount in judged if mount.clear}
+    points = [point for body in bodies for point in body.points]
+    doubted |= {point.mount for point in points if point.beyond_shaker(_lines(runs))}
     for name, budget in budgets.items():
         contradicted = maps[name].mount in doubted
         directions[name] = replace(
@@ -388,6 +395,10 @@ def training_runs(
             f"the runs {names} all have falling torque: measure a run with rising torque"
         )
     return rising
+
+
+def _lines(runs: Sequence[OperatingRun]) -> RealArray:
+    return np.concatenate([run.frequency for run in runs])
 
 
 def _refuse_culprit(campaign: Campaign, body: InstrumentedBody) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import block_diag
+from scipy.signal import savgol_filter
 
 from deboom.arrays import AXES, BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
@@ -34,11 +35,25 @@ ones differ by their motion [Hz]."""
 MORE_NOISE = 1.1
 """Noise over the stated one from which on the noise that is seen counts [1]."""
 
+CONSTANT = 0.004
+"""Rms change of a force transfer matrix over frequency up to which it is a constant, as in the
+thesis (figure 17) [1]: a bench whose first mode is at 250 Hz has 0.002 up to 80 Hz, one with a mode
+at 120 Hz 0.006 and more."""
+COURSE_WIDTH = 5.0
+"""Width of the parabolas that follow a force transfer matrix over frequency [Hz]: they keep the
+height of a mode of a bench with 2 % damping at 80 Hz within a twentieth."""
+
 DEAD = 1e-3
 """Share of the median of its neighbours, over all lines, below which a channel may be dead [1]."""
 
 
-@checked(position="3", force_matrix="3 c", transfer_scatter="3 3")
+@checked(
+    position="3",
+    force_matrix="3 c",
+    transfer_scatter="3 3",
+    transfer_lines="f",
+    transfer_course="f 3 3",
+)
 class MountPoint:
     """Point at which one mount, or one piece of it, carries a body; a single piece is ``""``.
 
@@ -47,7 +62,10 @@ class MountPoint:
     of `orientation` (3, 3), `cells` carry the force together, `force_matrix` (3, 3 n_cell) takes
     their channels to the force at the virtual point in vehicle axes [1]. `transfer_scatter` (3, 3)
     is the standard deviation of the calibration by a shaker over frequency and repeats, relative to
-    it [1].
+    it [1]. Where a mode of the test bench makes the calibration change over frequency,
+    `transfer_course` (n_frequency, 3, 3) is the force at the virtual point by `force_matrix` over
+    the one that the shaker pushed with, complex, at its lines `transfer_lines` [Hz]; without lines
+    the calibration is a constant.
     """
 
     mount: str
@@ -59,6 +77,29 @@ class MountPoint:
     calibrated: bool
     transfer_scatter: RealArray
     orientation: RealArray | None = None
+    transfer_lines: RealArray = field(default_factory=lambda: np.empty(0))
+    transfer_course: ComplexArray = field(default_factory=lambda: np.empty((0, 3, 3), complex))
+
+    def corrected(self, cell_force: ComplexArray, frequency: RealArray) -> ComplexArray:
+        """Divide channels of the cells (n, n_channel) at some lines [Hz] by the course over them.
+
+        Lines beyond those of the shaker have the course of its first or last line.
+        """
+        if not self.transfer_lines.size:
+            return cell_force
+        lines = np.clip(frequency, self.transfer_lines[0], self.transfer_lines[-1])
+        flat = self.transfer_course.reshape(self.transfer_lines.size, -1)
+        columns = [np.interp(lines, self.transfer_lines, column) for column in flat.T]
+        course = np.stack(columns, axis=1).reshape(-1, 3, 3)
+        force = (cell_force @ self.force_matrix.T)[:, :, np.newaxis]
+        change = (np.linalg.solve(course, force) - force)[:, :, 0]
+        # the cells of a mount share what their sum is changed by
+        return np.asarray(cell_force + change @ np.linalg.pinv(self.force_matrix).T)
+
+    def beyond_shaker(self, frequency: RealArray) -> bool:
+        """Say whether a course over frequency does not reach all lines [Hz]."""
+        lines = self.transfer_lines
+        return bool(lines.size and (frequency.min() < lines[0] or frequency.max() > lines[-1]))
 
     def along_mount(self, rows: RealArray) -> RealArray:
         """Turn rows (3, n) in vehicle axes into rows along the axes of the mount."""
@@ -221,8 +262,42 @@ def _mount_point(
         return MountPoint(*at, position, axes, cells, summed, False, np.zeros((3, 3)), turn)
     transfer = force_transfer_matrix(campaign.shaker_runs, cells, *at)
     force_matrix = np.asarray(np.linalg.solve(transfer.matrix.real, summed), dtype=float)
-    scatter = _transfer_scatter(transfer)
-    return MountPoint(*at, position, axes, cells, force_matrix, True, scatter, turn)
+    lines, course, scatter = _transfer_course(transfer)
+    return MountPoint(*at, position, axes, cells, force_matrix, True, scatter, turn, lines, course)
+
+
+def bench_mode(points: Sequence[MountPoint], frequency: RealArray) -> Iterator[tuple[str, bool]]:
+    """Name mounts whose force transfer matrix a mode of the test bench changes over frequency.
+
+    - `frequency` (n,): lines of the runs [Hz].
+    - returns: a sentence per kind of case, and whether it denies the forces of its mounts, since
+      the shaker's lines do not reach those of the runs.
+    """
+    for beyond in (False, True):
+        seen = [
+            point
+            for point in points
+            if point.transfer_lines.size and point.beyond_shaker(frequency) == beyond
+        ]
+        if not seen:
+            continue
+        change = [np.abs(point.transfer_course - np.eye(3)).max(axis=(1, 2)) for point in seen]
+        worst = max(range(len(seen)), key=lambda place: float(change[place].max()))
+        lines = seen[worst].transfer_lines
+        at = lines[int(change[worst].argmax())]
+        remedy = (
+            f"the runs have lines from {frequency.min():g} to {frequency.max():g} Hz, which the "
+            f"shaker's from {lines[0]:g} to {lines[-1]:g} Hz do not reach: repeat the shaker runs "
+            "there, or stiffen the bench"
+            if beyond
+            else "forces are divided by what the shaker showed, line by line"
+        )
+        yield (
+            f"the force transfer matrix of {', '.join(point.name for point in seen)} changes by up "
+            f"to {100 * change[worst].max():.1f} % over the shaker's lines, most at {at:g} Hz, as "
+            f"a mode of the test bench does; {remedy}",
+            beyond,
+        )
 
 
 def _channels_of(sensors: tuple[Sensor, ...], names: tuple[str, ...]) -> list[str]:
@@ -231,16 +306,35 @@ def _channels_of(sensors: tuple[Sensor, ...], names: tuple[str, ...]) -> list[st
     return [name for name in names if name in channels]
 
 
-def _transfer_scatter(transfer: ForceTransferMatrix) -> RealArray:
-    """Systematic scatter of a force transfer matrix: a parabola over frequency, without noise."""
-    matrix = transfer.matrix.real
-    relative = np.linalg.solve(matrix, transfer.response).reshape(transfer.frequency.size, -1)
-    lines = transfer.frequency / transfer.frequency[-1]
-    terms = np.vander(lines, min(3, lines.size))
-    smooth = terms @ np.linalg.lstsq(terms, relative, rcond=None)[0]
-    deviation = smooth.reshape(-1, 3, 3) - np.eye(3)
-    variance = np.mean(np.abs(deviation) ** 2, axis=0) + transfer.drift**2
-    return np.asarray(np.sqrt(variance), dtype=float)
+def _transfer_course(
+    transfer: ForceTransferMatrix,
+) -> tuple[RealArray, ComplexArray, RealArray]:
+    """Return lines, course and scatter of a force transfer matrix as a `MountPoint` has them.
+
+    The scatter is without noise: of a constant, a parabola over all lines; else what parabolas over
+    `COURSE_WIDTH` leave.
+    """
+    matrix, lines = transfer.matrix.real, transfer.frequency
+    relative = np.linalg.solve(matrix, transfer.response)
+    terms = np.vander(lines / lines[-1], min(3, lines.size))
+    flat = relative.reshape(lines.size, -1)
+    smooth = terms @ np.linalg.lstsq(terms, flat, rcond=None)[0]
+    change = np.mean(np.abs(smooth.reshape(-1, 3, 3) - np.eye(3)) ** 2, axis=0)
+    width = _odd(COURSE_WIDTH, lines)
+    if np.sqrt(change.max()) <= CONSTANT or width <= 3:
+        no_lines, no_course = np.empty(0), np.empty((0, 3, 3), dtype=complex)
+        return no_lines, no_course, np.asarray(np.sqrt(change + transfer.drift**2), dtype=float)
+    real, imaginary = savgol_filter([relative.real, relative.imag], width, 2, axis=1)
+    course = real + 1j * imaginary
+    left = np.mean(np.abs(relative - course) ** 2, axis=0)
+    return lines, course, np.asarray(np.sqrt(left + transfer.drift**2), dtype=float)
+
+
+def _odd(width: float, lines: RealArray) -> int:
+    """Return the odd number of lines, all of them at most, that lie within a width [Hz]."""
+    spacing = np.ptp(lines) / max(1, lines.size - 1)
+    number = min(lines.size, round(width / spacing)) if spacing else 1
+    return number - 1 + number % 2
 
 
 class ErrorSource(Enum):
@@ -503,14 +597,23 @@ def body_record(
     cases = list(dict.fromkeys(kinds))
     lines = [run.frequency.size for run in runs]
     acceleration = np.vstack([_channels(r, r.acceleration, body.channels) for r in runs])
-    cell_force = np.vstack([_channels(r, r.cell_force, body.cell_channels) for r in runs])
+    frequency = np.concatenate([run.frequency for run in runs])
+    cell_force = np.hstack(
+        [
+            point.corrected(
+                np.vstack([_channels(r, r.cell_force, point.cell_channels) for r in runs]),
+                frequency,
+            )
+            for point in body.points
+        ]
+    )
     t = tolerances
     of_motion = (t.acceleration_own, t.acceleration_norm, t.acceleration_floor)
     of_force = (t.force_own, t.force_norm, t.force_floor)
     record = BodyRecord(
         run=np.repeat([run.name for run in runs], lines),
         load_case=np.repeat([cases.index(kind) for kind in kinds], lines),
-        frequency=np.concatenate([run.frequency for run in runs]),
+        frequency=frequency,
         wheel_torque=np.concatenate([run.wheel_torque for run in runs]),
         wheel_torque_noise=np.repeat([t.torque * run.total_ratio for run in runs], lines),
         static_force=np.vstack([_static_force(run, body.points) for run in runs]),

@@ -35,11 +35,6 @@ from deboom.vehicles.platform import MountSource, Runs
 
 SHOWN_PARTS = 4096
 """Parts of the box whose levels are drawn, and of each of its ends."""
-COMMON = 0.05
-"""By how much the rubber of all mounts together may be softer or harder in the cars: temperature,
-age or a batch [1]."""
-LAW = "uniform in the box"
-"""How parts lie between the ends of their intervals: what an acceptance test promises."""
 TIGHTEST = 2
 """Directions in the headline: the narrowest intervals that the limit sets."""
 
@@ -55,10 +50,12 @@ def box_report(
     """Report within which stiffnesses parts may be delivered.
 
     - `certainty`: share that keeps the limit, with all measurements drawn again [1].
-    - `softer_and_harder`: shares where all rubber is `COMMON` softer, and harder, together [1].
+    - `softer_and_harder`: shares where all rubber is softer, and harder, by the common factor
+      of the question [1].
     - `inputs`: files read; `run`: its name.
     """
     softer, harder = softer_and_harder
+    together = _percent(study.question.common, 0)
     origin = study.limit_origin
     check, of_study = study.solution.verified, study.question
     what = "parts, in all vehicles," if of_study.together else "parts and vehicles"
@@ -83,22 +80,22 @@ def box_report(
         "share_softer",
         softer,
         "1",
-        "share that keeps the limit where all rubber is 5 % softer in the cars",
+        f"share that keeps the limit where all rubber is {together} softer in the cars",
     )
     report.number(
         "share_harder",
         harder,
         "1",
-        "share that keeps the limit where all rubber is 5 % harder in the cars",
+        f"share that keeps the limit where all rubber is {together} harder in the cars",
     )
     _answer(report, study, certainty, what, run)
     report.warn(
         f"{_percent(softer, 1)} of {what} keep {origin} where the rubber of all mounts together is "
-        f"{_percent(COMMON, 0)} softer in the cars than in the test of a part, and "
-        f"{_percent(harder, 1)} where it is as much harder, as temperature, age or a batch make "
-        "it. The box holds for directions that scatter apart: state the conditions of the test, or "
-        "demand more with --below-today."
-        if min(softer, harder) < of_study.share
+        f"{together} softer in the cars than in the test of a part, and {_percent(harder, 1)} "
+        "where it is as much harder, as temperature, age or a batch make it; "
+        f"{_percent(of_study.share, 0)} is the mean over all factors between. Where the cars have "
+        "one of the ends, demand more with --below-today."
+        if of_study.common and min(softer, harder) < of_study.share
         else ""
     )
     if not of_study.together and study.missed.max() > 1.0 - of_study.share:
@@ -114,7 +111,7 @@ def box_report(
         )
     designs = np.stack([study.space.nominal, study.point])
     report.warn(*motion_report(study.index, designs).warnings)
-    report.facts |= {"kernel": study.index.kernel, "law": LAW}
+    report.facts |= {"kernel": study.index.kernel, "law": study.law}
     report.inputs += inputs
     report.document("acceptance_box", box_document(acceptance_box(study, certainty)))
 
@@ -241,6 +238,12 @@ class BoxStudy:
         return self.solution.box
 
     @property
+    def law(self) -> str:
+        """How parts lie in the box, as an acceptance test promises, and what all have in common."""
+        together = f"all rubber within ± {_percent(self.question.common, 0)} together in the cars"
+        return "uniform in the box" + (f", {together}" if self.question.common else "")
+
+    @property
     def vehicles(self) -> tuple[str, ...]:
         """Names."""
         return self.question.response.response_names
@@ -291,7 +294,7 @@ class BoxStudy:
     @cached_property
     def shown_excess(self) -> RealArray:
         """Levels of some parts of the box, above their limits, (SHOWN_PARTS, n_vehicle) [dB]."""
-        return self.question.excess(self.box.at(self._unit))
+        return self.question.excess(self.question.parts(self.box.ends, self._unit))
 
     @cached_property
     def faces(self) -> RealArray:
@@ -346,7 +349,7 @@ class BoxStudy:
 
     @property
     def _unit(self) -> RealArray:
-        size = len(self.variables)
+        size = self.question.n_draws
         return sobol_points(size, SHOWN_PARTS, seed=self.seed, purpose="parts of a box to show")
 
 
@@ -422,7 +425,8 @@ def _answer_in_words(study: BoxStudy, certainty: Interval, what: str) -> tuple[s
         f"How sure: at least {_percent(check.bound, 1)} with {_percent(check.confidence, 0)} "
         f"confidence over parts; with all measurements drawn again "
         f"{_percent(float(certainty.lower), 0)} to {_percent(float(certainty.upper), 0)} (90 %). "
-        "Shares are the model's: what bodies, rubber and amplitudes do in cars is not in them.",
+        f"Parts are {study.law}. Shares are the model's: what bodies and amplitudes do in cars is "
+        "not in them.",
         f"The limit is {origin}. {abbreviations(study.runs.platform.mounts)}",
     )
 
@@ -506,7 +510,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
     check, question = study.solution.verified, study.question
     report.section(
         "Levels inside the box",
-        f"{check.n_parts} parts, {LAW}, that the search has not seen: "
+        f"{check.n_parts} parts, {study.law}, that the search has not seen: "
         f"{_percent(check.share, 2)} of {what} keep the limit, at least "
         f"{_percent(check.bound, 2)} with {_percent(check.confidence, 0)} confidence (the "
         "vehicles of one part are not independent, so each part counts once).\n\nThis is the "
@@ -610,7 +614,8 @@ def acceptance_box(study: BoxStudy, certainty: Interval) -> AcceptanceBox:
         share_measured_again=(float(certainty.lower), float(certainty.upper)),
         confidence=check.confidence,
         n_parts=check.n_parts,
-        law=LAW,
+        law=study.law,
+        common=study.question.common,
         seed=study.seed,
     )
 

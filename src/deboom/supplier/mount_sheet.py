@@ -363,9 +363,17 @@ class MountSheet(PartSheet):
                     f" (each vehicle's level of today{less})",
                     f" (heutiger Pegel jedes Fahrzeugs{less.replace('.', ',')})",
                 )
+            rubber = self.percent(box.common)
             return say(
                 f"acceptance box: {share} of {of} keep {limit}, verified: at least {bound}",
                 f"Abnahmebox: {share} der {of} halten {limit}, geprüft: mindestens {bound}",
+            ) + (
+                say(
+                    f"; all rubber ± {rubber} together in the cars",
+                    f"; aller Gummi im Fahrzeug zugleich ± {rubber}",
+                )
+                if box.common
+                else ""
             )
         if self.sources.tolerance:
             return say(

@@ -15,6 +15,7 @@ from deboom.files.uncertain_index import uncertain_index
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion, model_of_other_data
 from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.expected_change import CarMeasurement
 from deboom.vehicles.uncertain_data import CALIBRATION, PATHS, MeasuredArrays
 from pinned_pages import hold
 
@@ -32,9 +33,12 @@ def test_numbers_have_intervals_that_more_knowledge_never_widens(finished):
             assert np.all(table[low] <= table[low.replace(", from", ", to")])
     sources = pd.read_csv(finished / "sources.csv")
     assert sources["share of its variance [%]"].sum() == pytest.approx(100)
-    # more knowledge never widens what it is about
+    # more knowledge never widens what it is about; cars that are known may give way more than most
     following = pd.read_csv(finished / "next.csv")
+    in_cars = following["measurement"].isin([each.value for each in CarMeasurement])
+    assert in_cars.sum() == len(CarMeasurement)
     columns = [column for column in following if column.endswith("± [dB]")]
+    following = following[~in_cars]
     assert np.all(following[columns].iloc[1:] <= 1.005 * following[columns].iloc[0])
 
 

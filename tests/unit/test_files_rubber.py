@@ -122,7 +122,11 @@ WRONG = (
     ("[-1.2, -0.8]", "[-0.8, -1.2]", "state the least and the largest change"),
     ('"Du"]', '"Du", "XXM"]', "names mount 'XXM', which is not among EnM, GeM, TSM, Du"),
     ('"Du"]', '"EnM"]', "two mounts of .*rubber.* are named 'EnM'"),
-    ("stiffness_percent_per_k = [-1.2, -0.8]\n", "", "'stiffness_percent_per_k' .* is missing"),
+    (
+        "stiffness_percent_per_k = [-1.2, -0.8]\n",
+        "",
+        "state stiffness_percent_per_k with its source, or name the library of another temperature",
+    ),
 )
 
 
@@ -142,6 +146,41 @@ def test_a_library_keeps_the_temperature_of_its_campaign():
     document = to_document([warm], parts)
     assert document["campaigns"][0]["test_temperature [°C]"] == 31.5
     assert from_document(document)[0] == (warm,)
+
+
+def at_another_temperature(folder, temperature, softer):
+    """Write u06's library as it is, and once more with softer mounts at another temperature."""
+    document = json.loads(read_platform("u06").library_file.read_text())
+    (folder / "mounts.library.json").write_text(json.dumps(document))
+    document["campaigns"][0]["test_temperature [°C]"] = temperature
+    for mount in document["mounts"]:
+        for direction in mount["directions"]:
+            for part in ("real", "imag") if direction["surface"] else ():
+                fit = direction["surface"]["arrays"][f"{part}_coefficients"]
+                fit["values"] = [softer * value for value in fit["values"]]
+    (folder / "warm.library.json").write_text(json.dumps(document))
+
+
+MEASURED = STATED.replace("stiffness_percent_per_k = [-1.2, -0.8]\n", "").replace(
+    'source = "data sheet 12 of the supplier"', 'other_library = "warm.library.json"'
+)
+
+
+def test_two_libraries_tell_the_change_per_kelvin(folder):
+    at_another_temperature(folder, 63.0, softer=np.exp(-0.4))
+    platform = read_platform(stated(folder, MEASURED))
+    for mount in platform.mounts:
+        # 40 K warmer
+        np.testing.assert_allclose(mount.rubber.per_kelvin, -0.01, rtol=1e-9)
+        assert mount.rubber.warmer == (17.0, 37.0)
+    assert folder / "warm.library.json" in platform.input_files
+
+
+@pytest.mark.parametrize("temperature", [None, 23.0])
+def test_a_second_library_of_no_other_temperature_is_refused(folder, temperature):
+    at_another_temperature(folder, temperature, softer=0.7)
+    with pytest.raises(InputError, match="states no temperature other than the 23 °C"):
+        read_platform(stated(folder, MEASURED))
 
 
 def test_a_library_of_another_temperature_is_named(folder):

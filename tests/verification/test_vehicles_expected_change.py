@@ -19,8 +19,8 @@ from deboom.vehicles import change_prior as prior
 from deboom.vehicles import expected_change as expected
 from deboom.vehicles.booming_model import CatalogueModel, Motion, booming_model
 from deboom.vehicles.expected_change import (
+    CarMeasurement,
     Information,
-    Step,
     change_draws,
     expected_change,
     expected_or_why,
@@ -179,7 +179,8 @@ def test_driving_points_of_a_body_of_the_prior_are_kept(platform, at_rest):
         at_rest[0], platform.mounts, np.arange(20.0, 60.0), Information.unknown
     )
     struck = replace(
-        bodies.struck(np.random.default_rng(1), expected.Step.driving_points), noise=np.zeros(1)
+        bodies.struck(np.random.default_rng(1), expected.CarMeasurement.driving_points),
+        noise=np.zeros(1),
     )
     first, second = (struck.draw(np.random.default_rng(seed)) for seed in (2, 3))
     np.testing.assert_allclose(*(y.diagonal(axis1=2, axis2=3) for y in (first, second)), rtol=1e-9)
@@ -291,27 +292,31 @@ def test_nothing_is_expected_where_nothing_was_judged(platform, at_rest):
     )
 
 
-def test_every_measurement_is_worth_the_interval_that_is_stated_with_it(platform, at_rest):
+def test_every_measurement_is_worth_the_interval_that_is_stated_with_it(
+    platform, at_rest, monkeypatch
+):
+    monkeypatch.setattr(expected, "BODIES_TO_RANK", 3)
     fleet, model, again = at_rest
     data = (model, again, fleet, platform.mounts, PICKS)
     widths = widths_if_measured(*data)
     now = expected_change(*data).mean
     np.testing.assert_allclose(widths[None], now.high - now.low)
-    assert set(widths) == {None, *Step}
+    assert set(widths) == {None, *CarMeasurement}
     # what holds the other tells at least as much
-    assert np.all(widths[Step.receptances] < widths[Step.driving_points])
-    assert np.all(widths[Step.receptances] < widths[None])
+    assert np.all(widths[CarMeasurement.receptances] < widths[CarMeasurement.driving_points])
     told = [replace(mount, rubber=RubberInCar()) for mount in platform.mounts]
     with_temperature = expected_change(model, again, fleet, told, PICKS).mean
     np.testing.assert_allclose(
-        widths[Step.temperature], with_temperature.high - with_temperature.low
+        widths[CarMeasurement.temperature], with_temperature.high - with_temperature.low
     )
     # nothing of the rubber is left to tell
-    assert Step.temperature not in widths_if_measured(model, again, fleet, told, PICKS[:1])
+    assert CarMeasurement.temperature not in widths_if_measured(
+        model, again, fleet, told, PICKS[:1]
+    )
 
 
 def test_with_receptances_the_rubber_alone_is_left_to_be_told(platform, at_rest):
     _, model, again = at_rest
     fleet = platform.fleet
     widths = widths_if_measured(model, again, fleet, platform.mounts, PICKS[:1])
-    assert set(widths) == {None, Step.temperature}
+    assert set(widths) == {None, CarMeasurement.temperature}

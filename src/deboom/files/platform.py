@@ -69,7 +69,7 @@ from deboom.files.units import refuse_beyond
 from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_window
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import SIDES, Bracket, Mount, RubberInCar, Side
-from deboom.mounts.surface_forces import as_mounted
+from deboom.mounts.surface_forces import as_mounted, change_per_kelvin
 from deboom.names import is_inside, look_alikes
 from deboom.physics.order_tracking import dominant_order
 from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
@@ -531,16 +531,31 @@ class RubberEntry(StrictModel):
         tuple[Temperature, Temperature], Field(strict=False), AfterValidator(_from_cold_to_warm)
     ]
     # change of the dynamic stiffness [%/K], least and largest; no default, compounds differ
-    stiffness_percent_per_k: Annotated[Range, AfterValidator(_per_kelvin)]
-    source: Title  # of these two numbers
+    stiffness_percent_per_k: Annotated[Range, AfterValidator(_per_kelvin)] | None = None
+    source: Title | None = None  # of these two numbers
+    # or mount library of a campaign with these mounts at another temperature
+    other_library: RelativePath | None = Field(default=None, validate_default=True)
 
-    @property
-    def in_car(self) -> RubberInCar:
-        """What it makes of the stiffness."""
-        low, high = self.stiffness_percent_per_k
+    @field_validator("other_library")
+    @classmethod
+    def _stated_or_measured(cls, path: str | None, others: ValidationInfo) -> str | None:
+        keys = ("stiffness_percent_per_k", "source")
+        if not set(keys) <= set(others.data):
+            return path  # what is wrong with these is told already
+        stated = [others.data[key] for key in keys]
+        if (path is None) != all(stated) or (path is not None and any(stated)):
+            raise ValueError(
+                "state stiffness_percent_per_k with its source, or name the library of another "
+                "temperature"
+            )
+        return path
+
+    def in_car(self, per_kelvin: tuple[float, float]) -> RubberInCar:
+        """Return what a change per kelvin makes of the stiffness [1/K]."""
         cold, warm = self.use_temperature_c
-        test = self.test_temperature_c
-        return RubberInCar((low / 100.0, high / 100.0), (cold - test, warm - test))
+        return RubberInCar(
+            per_kelvin, (cold - self.test_temperature_c, warm - self.test_temperature_c)
+        )
 
 
 class PlatformFile(StrictModel):
@@ -866,7 +881,11 @@ def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Funct
     for mount in file.mounts:
         inputs += [folder / stated for stated in mount.brackets.values() if isinstance(stated, str)]
     rubber = {name: each for each in file.rubber for name in each.mounts}
-    in_car = {name: each.in_car for name, each in rubber.items()}
+    library, library_fault = _library(folder / LIBRARY_FILE, tables.mounts, rubber)
+    in_car: dict[str, RubberInCar] = {}
+    for each in file.rubber:
+        in_car |= _rubber_in_car(folder, each, library, library_fault)
+        inputs += [folder / name for name in (each.other_library,) if name]
     if file.car_factors is not None:
         inputs.append(folder / file.car_factors)
         on_the_road = _rubber_on_the_road(folder / file.car_factors, tables.mounts)
@@ -881,7 +900,6 @@ def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Funct
         for mount in tables.mounts
     )
     read = with_their_tables(inputs)
-    library, library_fault = _library(folder / LIBRARY_FILE, tables.mounts, rubber)
     return Platform(
         name=file.name,
         title=file.title,
@@ -942,6 +960,38 @@ def _others_in(labels: str, names: Mapping[str, Sequence[str]], label: str) -> l
     if stands(names[label]):
         return []
     return [name for name, words in names.items() if stands(words)]
+
+
+def _rubber_in_car(
+    folder: Path,
+    entry: RubberEntry,
+    library: Sequence[CharacterisedMount],
+    library_fault: InputError | None,
+) -> dict[str, RubberInCar]:
+    """Return the state of the rubber of an entry's mounts, from its numbers or two libraries."""
+    if entry.stiffness_percent_per_k is not None:
+        low, high = entry.stiffness_percent_per_k
+        return dict.fromkeys(entry.mounts, entry.in_car((low / 100.0, high / 100.0)))
+    path = folder / str(entry.other_library)
+    if library_fault is not None:
+        raise library_fault
+    records, warm = read_library_json(path)
+    temperatures = {record.test_temperature for record in records}
+    (temperature, *others) = temperatures
+    if temperature is None or others or temperature == entry.test_temperature_c:
+        raise InputError(
+            f"{path}: its campaign states no temperature other than the "
+            f"{entry.test_temperature_c:g} °C of [[rubber]]: state test_temperature_c in its "
+            "campaign.toml and characterise it again"
+        )
+    with naming(str(path)):
+        measured = change_per_kelvin(library, warm, temperature - entry.test_temperature_c)
+    if missing := [name for name in entry.mounts if name not in measured]:
+        raise InputError(
+            f"{path}: nothing is measured there and in {LIBRARY_FILE} at the same operating points "
+            f"of {', '.join(missing)}: state stiffness_percent_per_k of them"
+        )
+    return {name: entry.in_car(measured[name]) for name in entry.mounts}
 
 
 def _rubber_on_the_road(path: Path, mounts: Sequence[Mount]) -> dict[str, RubberInCar]:

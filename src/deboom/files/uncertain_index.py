@@ -16,9 +16,9 @@ from deboom.mounts.surface_forces import Outside
 from deboom.vehicles.booming_model import CatalogueModel, model_of_other_data
 from deboom.vehicles.catalogue import Catalogue, runs_of_parts
 from deboom.vehicles.expected_change import (
+    CarMeasurement,
     ExpectedChange,
     Information,
-    Step,
     expected_change,
     widths_if_measured,
 )
@@ -91,7 +91,7 @@ class UncertainIndex:
 
     def widths_if_measured(
         self, picks: npt.ArrayLike, *, weights: RealArray | None = None, seed: int = 1
-    ) -> dict[Step | None, RealArray]:
+    ) -> dict[CarMeasurement | None, RealArray]:
         """State how wide the interval of the expected change is to be after a measurement.
 
         Parameters, widths and errors as of `deboom.vehicles.expected_change.widths_if_measured`.

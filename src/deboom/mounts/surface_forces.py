@@ -331,3 +331,26 @@ def _at_lines(
     points = operating_points(preload, lines.amplitude, lines.frequency)[used]
     stiffness = surface.predict(points, extrapolate=True)
     return PredictedForce(lines.select(used), stiffness, surface.supported(points))
+
+
+def change_per_kelvin(
+    parts: Sequence[CharacterisedMount], warm: Sequence[CharacterisedMount], warmer: float
+) -> dict[str, tuple[float, float]]:
+    """Return how the stiffness of mounts changes with temperature, from two characterisations.
+
+    - `parts`, `warm`: of the same mounts, over wheel torque.
+    - `warmer`: temperature of the second over that of the first, not 0 [K].
+    - returns: by mount, least and largest change of ln |K| per kelvin among its axes, each the mean
+      over the first's measured operating points that the second is backed at, too [1/K].
+    - raises InputError: see `identified_surfaces`.
+    """
+    before, after = identified_surfaces(parts), identified_surfaces(warm)
+    slopes: dict[str, list[float]] = {}
+    for name in before.keys() & after.keys():
+        points = before[name].region_.points
+        points = points[after[name].supported(points)]
+        if len(points):
+            ratio = np.abs(after[name].predict(points) / before[name].predict(points))
+            slope = float(np.mean(np.log(ratio))) / warmer
+            slopes.setdefault(name.rpartition(" ")[0], []).append(slope)
+    return {mount: (min(each), max(each)) for mount, each in slopes.items()}

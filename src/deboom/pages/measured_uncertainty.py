@@ -35,7 +35,7 @@ from deboom.pages.motion import motion_report
 from deboom.plot import IntervalPanel
 from deboom.plot.style import signed
 from deboom.report import Report, Step, Table
-from deboom.vehicles.expected_change import ExpectedChange
+from deboom.vehicles.expected_change import CarMeasurement, ExpectedChange
 from deboom.vehicles.free_directions import NOTICEABLE
 from deboom.vehicles.platform_uncertainty import PRIOR
 from deboom.vehicles.uncertain_data import (
@@ -58,6 +58,8 @@ HALVED = 0.25
 """Share of a variance that is left when a standard deviation is halved [1]."""
 TWICE = 0.5
 """Share of a variance that is left by the mean of two independent measurements [1]."""
+CARS = "what cars do that the model does not"
+DECISION = "expected change in cars of the group"
 HERE = "change, these vehicles and load cases"
 SERIES = "change, any vehicle and load case"
 LEVEL = "level, these vehicles and load cases"
@@ -73,8 +75,9 @@ class _Answer:
     """How sure level and change are, and what to measure next.
 
     `row`: of the design among those of `repeated`; `level`, `change`: mean of the vehicles; `scope`
-    is the widest question that can be answered; `nearest` narrows the change of these vehicles by
-    `gain` [%], `nearest_of_scope` that of the scope.
+    is the widest question that errors of measurement answer, `question` that of the decision for
+    the design: what cars are expected to show, or the model's change where nothing is expected.
+    `nearest` narrows `question` by `gain` [%], `nearest_of_scope` that of the scope.
     """
 
     repeated: Repeated
@@ -85,6 +88,7 @@ class _Answer:
     sources: pd.DataFrame
     following: pd.DataFrame
     scope: str
+    question: str
     nearest: str
     gain: float
     nearest_of_scope: str
@@ -103,8 +107,13 @@ class _Answer:
 
     @property
     def is_sure(self) -> bool:
-        """Whether nobody hears the half width."""
-        return self.half_width < NOTICEABLE
+        """Whether nobody hears the half width of the question that decides."""
+        return self.deciding_half_width < NOTICEABLE
+
+    @property
+    def deciding_half_width(self) -> float:
+        """Half width of the question that decides [dB]."""
+        return _half_width(self.following, self.question)
 
 
 def _answered(repeated: Repeated) -> _Answer:
@@ -112,7 +121,8 @@ def _answered(repeated: Repeated) -> _Answer:
     design = next(name for name in repeated.designs if name != TODAY)
     following = _next_table(repeated, design)
     scope = SERIES if f"{SERIES}, ± [dB]" in following else HERE
-    nearest, gain = _best_next(following, HERE)
+    question = DECISION if f"{DECISION}, ± [dB]" in following else HERE
+    nearest, gain = _best_next(following, question)
     nearest_of_scope, gain_of_scope = _best_next(following, scope)
     return _Answer(
         repeated=repeated,
@@ -123,6 +133,7 @@ def _answered(repeated: Repeated) -> _Answer:
         sources=_source_table(repeated, design),
         following=following,
         scope=scope,
+        question=question,
         nearest=nearest,
         gain=gain,
         nearest_of_scope=nearest_of_scope,
@@ -180,12 +191,13 @@ def _answer_in_words(answer: _Answer) -> tuple[str, ...]:
     level, half = answer.level, answer.half_width
     change = float(answer.change.value[answer.row])
     next_measurement = (
-        f"nothing of this needs to be measured again (±{half:.2f} dB is not heard)"
+        f"Nothing needs to be measured: ±{answer.deciding_half_width:.2f} dB is not heard."
         if answer.is_sure
-        else f"next measure: {answer.nearest}, {answer.gain:.0f} % narrower"
+        else f"Next measure: {answer.nearest}, for a {answer.gain:.0f} % narrower interval of the "
+        f"{answer.question}, ± {answer.deciding_half_width:.2f} dB today."
     )
     for_any = (
-        "For any vehicle and load case of the group: "
+        "For any vehicle and load case of the group, by errors of measurement: "
         f"± {_half_width(answer.following, answer.scope):.1f} dB; next measure: "
         f"{answer.nearest_of_scope}, {answer.gain_of_scope:.0f} % narrower."
         if answer.scope == SERIES
@@ -194,7 +206,8 @@ def _answer_in_words(answer: _Answer) -> tuple[str, ...]:
     return (
         f"{answer.design}: {expected_on_average(answer.expected, change)} in these vehicles; "
         f"errors of measurement alone leave {signed(change, 1)} ± {half:.2f} dB of the model's "
-        f"change (90 %), {next_measurement}.",
+        "change (90 %).",
+        next_measurement,
         expected_sentence(answer.expected, change),
         for_any,
         f"± holds errors of measurement alone. Today's mean level: {level.value[0]:.1f} ± "
@@ -225,7 +238,7 @@ def _panels(report: Report, answer: _Answer) -> None:
         "90 % intervals; ±, change, from and to are the model's, with errors of measurement alone.",
         wide=True,
     )
-    half_width = f"{answer.scope}, ± [dB]"
+    half_width = f"{answer.question}, ± [dB]"
     following = answer.following[["measurement", half_width]].head(MOST_NEXT)
     report.panel("What to measure next", Table(following, "", {half_width: 2}))
     report.panel(
@@ -288,14 +301,14 @@ def _numbers(report: Report, answer: _Answer) -> None:
         "next_measurement",
         answer.nearest,
         "",
-        "what to measure next for these vehicles",
+        f"what to measure next for the {answer.question}",
         headline="" if answer.is_sure else "s",
     )
     report.number(
         "next_narrower_percent",
         answer.gain,
         "%",
-        "by how much next_measurement narrows the interval of the change",
+        f"by how much next_measurement narrows the interval of the {answer.question}",
         headline="" if answer.is_sure else ".0f",
     )
     report.number(
@@ -341,7 +354,9 @@ class Repeated:
     ``uncertain``: the model with the errors of its data; ``every_case``: that of all load cases.
     ``again`` has a leading axis of draws; ``alone`` is source → mean level if nothing else errs,
     shape (n_draws, n_design, n_vehicle) [dB(A)]. ``expected`` is what cars are expected to show of
-    the designs after today's; or why nothing is.
+    the designs after today's; or why nothing is. ``widths``: of the interval of the first of them
+    after a measurement, see `deboom.vehicles.expected_change.widths_if_measured`; empty where
+    nothing is expected.
     """
 
     uncertain: UncertainIndex
@@ -351,6 +366,7 @@ class Repeated:
     again: Drawn
     alone: Mapping[str, RealArray]
     expected: ExpectedChange | str
+    widths: Mapping[CarMeasurement | None, RealArray]
 
     @property
     def n_draws(self) -> int:
@@ -490,8 +506,11 @@ def _next(report: Report, following: pd.DataFrame) -> None:
     report.section(
         "What to measure next",
         "Expected half widths of the 90 % intervals after one more measurement, from the "
-        "variances of today. “Any vehicle and load case” treats the measured vehicles and load "
-        "cases as a sample of all, with Student's t for their small number.",
+        "variances of today. Measurements in cars count for the expected change: bodies that agree "
+        "with what is known are measured in thought, and the interval is stated as it would be "
+        "then; where it becomes wider, known bodies give way more than most. “Any vehicle and load "
+        "case” treats the measured vehicles and load cases as a sample of all, with Student's t "
+        "for their small number.",
     )
     decimals = {name: 3 for name in map(str, following) if name.endswith("[dB]")}
     caption = "Sorted by their worth for the first question."
@@ -523,14 +542,18 @@ def _questions(repeated: Repeated, design: str) -> Questions:
 
     "Any vehicle and load case" takes those that were measured for a sample: their spread is split
     into vehicles, load cases and rest by `crossed_spread` over all load cases of the platform, and
-    of that between vehicles the part that errors of measurement make is taken off.
+    of that between vehicles the part that errors of measurement make is taken off. The expected
+    change comes first where there is one: its interval has these errors, what cars do besides, and
+    the choice of the vehicles.
     """
+    decision = _decision(repeated, design)
+    asked = {DECISION: tuple(decision)} if decision else {}
     of_change, of_level = repeated.variances(design), repeated.variances(None)
     here = tuple(VariancePart(name, float(v[-1])) for name, v in of_change.items())
     level = tuple(VariancePart(name, float(v[-1])) for name, v in of_level.items())
     n_vehicle, n_used = len(repeated.vehicles), len(repeated.index.load_case_names)
     if n_vehicle < 2:
-        return {HERE: here, LEVEL: level}
+        return {**asked, HERE: here, LEVEL: level}
     rows = np.stack([repeated.rows[0], repeated.designs[design]])
     every = repeated.every_case
     levels = [every.levels(rows, name).mean(axis=2) for name in every.load_case_names]
@@ -540,12 +563,44 @@ def _questions(repeated: Repeated, design: str) -> Questions:
     parts = [*here, VariancePart(VEHICLES, vehicles, n_vehicle - 1)]
     if spread.n_column > 1:
         parts.append(VariancePart(LOAD_CASES, float(spread.columns) / n_used, spread.n_column - 1))
-    return {HERE: here, SERIES: tuple(parts), LEVEL: level}
+    return {**asked, HERE: here, SERIES: tuple(parts), LEVEL: level}
 
 
-def _candidates(repeated: Repeated) -> list[NextMeasurement]:
+def _decision(repeated: Repeated, design: str) -> list[VariancePart]:
+    """Return what the variance of the expected change consists of; empty where none is [dB²]."""
+    expected = repeated.expected
+    if isinstance(expected, str):
+        return []
+    errors = [VariancePart(name, float(v[-1])) for name, v in repeated.variances(design).items()]
+    parts = [*errors, VariancePart(CARS, _of_cars(repeated.widths[None], errors))]
+    n_vehicle = len(repeated.vehicles)
+    if n_vehicle > 1:
+        changes = expected.cars.expected[list(repeated.designs).index(design) - 1]
+        parts.append(VariancePart(VEHICLES, float(changes.var(ddof=1)) / n_vehicle, n_vehicle - 1))
+    return parts
+
+
+def _of_cars(width: RealArray, errors: Sequence[VariancePart]) -> float:
+    """Return the variance of an interval of some width that errors of measurement leave [dB²]."""
+    of_deviation = half_width([VariancePart("", 1.0)])
+    total = (float(width[0]) / 2.0 / of_deviation) ** 2
+    return max(total - sum(part.variance for part in errors), 0.0)
+
+
+def _in_cars(repeated: Repeated, design: str) -> list[NextMeasurement]:
+    """Return the measurements in cars that would tell something new, with what they leave."""
+    errors = [part for part in _decision(repeated, design) if part.name in repeated.alone]
+    now = _of_cars(repeated.widths[None], errors) if errors else 0.0
+    return [
+        NextMeasurement(step.value, {CARS: _of_cars(width, errors) / now}, {})
+        for step, width in repeated.widths.items()
+        if step is not None and now > 0.0
+    ]
+
+
+def _candidates(repeated: Repeated, design: str) -> list[NextMeasurement]:
     """Return measurements that may come next, as far as they touch a source of the study."""
-    names = {*repeated.uncertain.data.names, VEHICLES}
+    names = {*repeated.uncertain.data.names, VEHICLES, CARS}
     if len(repeated.every_case.load_case_names) > 1:
         names.add(LOAD_CASES)  # what differs between load cases is known from several alone
     n, m = len(repeated.vehicles), len(repeated.index.load_case_names)
@@ -553,6 +608,7 @@ def _candidates(repeated: Repeated) -> list[NextMeasurement]:
     twice = dict.fromkeys(TRANSFER, TWICE)
     more_vehicles = dict.fromkeys((*TRANSFER, VEHICLES), one_more)
     every = [
+        *_in_cars(repeated, design),
         NextMeasurement("one more vehicle", more_vehicles, {VEHICLES: 1.0}),
         *(
             [NextMeasurement("one more load case", {LOAD_CASES: one_case, NOISE: one_case}, {})]
@@ -579,7 +635,7 @@ def _next_table(repeated: Repeated, design: str) -> pd.DataFrame:
     """
     questions = _questions(repeated, design)
     rows: list[dict[str, object]] = []
-    for measurement in (None, *_candidates(repeated)):
+    for measurement in (None, *_candidates(repeated, design)):
         row: dict[str, object] = {"measurement": measurement.name if measurement else AS_IT_IS}
         for name, parts in questions.items():
             now = half_width(parts)

@@ -289,7 +289,7 @@ def change_draws(
     mean, peak = draws.drawn(draws.bodies)
     struck = np.empty((0, N_DRAWS[Information.driving_points], *mean.shape[1:]))
     if draws.bodies.information is Information.unknown:
-        bodies = draws.struck(Step.driving_points, BODIES_TO_STRIKE)
+        bodies = draws.struck(CarMeasurement.driving_points, BODIES_TO_STRIKE)
         struck = np.stack([draws.drawn(each)[0] for each in bodies])
     return ChangeDraws(
         information=draws.bodies.information,
@@ -301,7 +301,7 @@ def change_draws(
     )
 
 
-class Step(Enum):
+class CarMeasurement(Enum):
     """A measurement that would tell more of a car than is known."""
 
     driving_points = "driving points of every vehicle, by a hammer"
@@ -319,7 +319,7 @@ def widths_if_measured(
     *,
     weights: RealArray | None = None,
     seed: int = 1,
-) -> dict[Step | None, RealArray]:
+) -> dict[CarMeasurement | None, RealArray]:
     """State how wide the interval of the mean change is expected to be after a measurement.
 
     - other parameters and errors: as of `expected_change`.
@@ -340,19 +340,23 @@ def widths_if_measured(
         stated = interval(of_model, mean, prior.CENTRE[key], prior.MEAN_WIDTH[key])
         return stated.high - stated.low
 
-    def of_bodies(step: Step) -> RealArray:
+    def of_bodies(step: CarMeasurement) -> RealArray:
         each = [width(bodies) for bodies in draws.struck(step, BODIES_TO_RANK)]
         return np.asarray(np.median(each, axis=0))
 
-    widths: dict[Step | None, RealArray] = {None: width(draws.bodies)}
+    widths: dict[CarMeasurement | None, RealArray] = {None: width(draws.bodies)}
     if state is Information.unknown:
-        for step in (Step.driving_points, Step.receptances, Step.brackets):
+        for step in (
+            CarMeasurement.driving_points,
+            CarMeasurement.receptances,
+            CarMeasurement.brackets,
+        ):
             widths[step] = of_bodies(step)
     elif state is Information.driving_points:
-        widths[Step.receptances] = of_bodies(Step.receptances)
+        widths[CarMeasurement.receptances] = of_bodies(CarMeasurement.receptances)
     if not all(mount.rubber for mount in mounts):
         told = [replace(mount, rubber=mount.rubber or RubberInCar()) for mount in mounts]
-        widths[Step.temperature] = width(draws.bodies, told)
+        widths[CarMeasurement.temperature] = width(draws.bodies, told)
     return widths
 
 
@@ -440,7 +444,7 @@ class _Draws:
         levels = np.moveaxis(np.array(changes) + (self.of_model - self.on_fewer), 1, 0)
         return self._by_pick(levels)
 
-    def struck(self, step: Step, n_bodies: int) -> Iterator[_Bodies]:
+    def struck(self, step: CarMeasurement, n_bodies: int) -> Iterator[_Bodies]:
         """Draw bodies that agree with what is known, as if each was measured."""
         for number in range(n_bodies):
             key = [self.seed, zlib.crc32(b"driving points"), number]
@@ -710,14 +714,14 @@ class _Bodies:
         ]
         return np.stack([np.tril(y) + np.tril(y, -1).swapaxes(1, 2) for y in drawn])
 
-    def struck(self, generator: np.random.Generator, step: Step) -> _Bodies:
+    def struck(self, generator: np.random.Generator, step: CarMeasurement) -> _Bodies:
         """Draw bodies, and return these as if they were measured."""
-        if step is Step.brackets:
+        if step is CarMeasurement.brackets:
             return replace(self, attachments=self._attachments(generator))
         bodies = self._paths(generator)
         states = {
-            Step.driving_points: Information.driving_points,
-            Step.receptances: Information.receptances,
+            CarMeasurement.driving_points: Information.driving_points,
+            CarMeasurement.receptances: Information.receptances,
         }
         noise = np.full(len(bodies), STRUCK_NOISE)
         return replace(self, information=states[step], receptance=bodies, noise=noise)

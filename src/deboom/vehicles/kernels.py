@@ -390,7 +390,7 @@ def _flexible_tables(motion: FlexibleMotion, exponents: IntArray) -> Any:
     """Lay out springs on bodies that give way for the compiled loop."""
     from deboom.vehicles.compiled_loops import FlexibleTables
 
-    matrix = motion.source + motion.receptance
+    matrix = motion.source + motion.receptance[motion.body_of]
     scaled = motion.transfer * np.ldexp(1.0, -exponents)[..., np.newaxis]
     below = np.stack([np.broadcast_to(motion.free, scaled.shape), scaled], axis=-1)
     joined = np.moveaxis(np.concatenate([matrix, below], axis=-1), 0, 1)

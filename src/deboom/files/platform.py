@@ -151,7 +151,9 @@ def _to_receiver(
             tell(matrix.error(f"{sentence} at node {receiver.node}: {remedy}"))
         with noting(tell):
             refuse_window(matrix.added_decay_rate, f"{matrix.path}: {matrix.item}")
-        dofs = [(receiver, row.dof) for row in rows]
+        # the channel table has the unit of noise transfer functions alone
+        of_table = ordinate == SOUND
+        dofs = [(receiver, row.dof if of_table else replace(row.dof, unit=None)) for row in rows]
         columns = _columns(matrix, rows, dofs, ordinate, tell, unit=unit)
     return replace(columns, ear="".join(sorted(names)[:1]))
 
@@ -601,7 +603,7 @@ class VehicleEntry(StrictModel):
     group: Name  # vehicles of one body, such as U06
     noise_transfer: RelativePath  # UFF file, Nastran punch, or a table: CSV, xlsx, MATLAB's mat
     # several ears, seats, wheel, in place of ear_node; the first is the ear named by the vehicle
-    receivers: Several[ReceiverEntry] = ()
+    receivers: AtLeastOne[ReceiverEntry] | None = None
     # response node of the driver's ear in a UFF file; a table has none
     ear_node: Number | None = Field(default=None, validate_default=True)
     # displacement per force of the trimmed body between all paths, UFF; without, it is at rest
@@ -612,7 +614,9 @@ class VehicleEntry(StrictModel):
     @field_validator("ear_node")
     @classmethod
     def _node_of_a_uff_file(cls, node: int | None, others: ValidationInfo) -> int | None:
-        name, receivers = others.data.get("noise_transfer", ""), others.data.get("receivers", ())
+        name, receivers = others.data.get("noise_transfer", ""), others.data.get("receivers")
+        if "receivers" not in others.data:
+            return node  # they are refused already
         by_node = PurePosixPath(name).suffix.lower() not in ("", *TABLE_ENDINGS)
         if node is None and by_node and not receivers:
             raise ValueError("functions by node need the response node of the driver's ear: add it")
@@ -622,7 +626,9 @@ class VehicleEntry(StrictModel):
 
     @field_validator("receivers")
     @classmethod
-    def _an_ear_first(cls, receivers: tuple[ReceiverEntry, ...]) -> tuple[ReceiverEntry, ...]:
+    def _an_ear_first(
+        cls, receivers: tuple[ReceiverEntry, ...] | None
+    ) -> tuple[ReceiverEntry, ...] | None:
         if receivers and receivers[0].kind != "sound":
             raise ValueError(
                 "the first receiver is the ear that has the vehicle's name: put a sound first"
@@ -723,7 +729,7 @@ class PlatformFile(StrictModel):
             yield from look_alikes(section.removesuffix("s").replace("_", " "), names)
         yield from same_file("vehicles", "noise_transfer", self.vehicles)
         for vehicle in self.vehicles:
-            receivers = [receiver.name for receiver in vehicle.receivers]
+            receivers = [receiver.name for receiver in vehicle.receivers or ()]
             yield from doubled(f"receivers of vehicle {vehicle.name} are named", receivers)
             yield from look_alikes(f"receiver of vehicle {vehicle.name}", receivers)
         yield from same_file("load cases", "operating", self.load_cases)
@@ -935,7 +941,7 @@ def read_functions(folder: Path, file: PlatformFile, tables: Tables) -> Function
         for vehicle in file.vehicles:
             item = f"vehicle {vehicle.name}"
             receivers[vehicle.name] = {}
-            for number, entry in enumerate(vehicle.receivers):
+            for number, entry in enumerate(vehicle.receivers or ()):
                 file_of = folder / (entry.functions or vehicle.noise_transfer)
                 with noting(tell):
                     receiver, columns = receiver_columns(file_of, vehicle.name, entry, paths)
@@ -1046,7 +1052,7 @@ def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Funct
     """Put a platform together from what its files hold."""
     inputs = [folder / name for name in (PLATFORM_FILE, file.mount_table, file.channel_table)]
     for vehicle in file.vehicles:
-        of_receivers = [receiver.functions for receiver in vehicle.receivers]
+        of_receivers = [receiver.functions for receiver in vehicle.receivers or ()]
         names = (vehicle.noise_transfer, *of_receivers, vehicle.body)
         inputs += [folder / name for name in names if name]
     for entry in file.load_cases:

@@ -141,7 +141,8 @@ def flexible_problem(shape: Shape) -> FlexibleMotion:
     shapes = 0.04 * rng.normal(size=(shape.n_vehicles, 10, n_springs))
     answer = 1.0 / (natural[:, np.newaxis] - squared[:, np.newaxis])
     receptance = np.einsum("vms,vfm,vmt->vfst", shapes, answer, shapes)
-    return FlexibleMotion(**vars(coupled), receptance=receptance)
+    body_of = np.arange(shape.n_vehicles)
+    return FlexibleMotion(**vars(coupled), receptance=receptance, body_of=body_of)
 
 
 PROBLEMS: dict[Motion, Callable[[Shape], Case]] = {

@@ -310,6 +310,123 @@ def test_many_faults_are_ten_and_a_number(folder):
     assert re.search(r"\nand \d+ more$", refused(read_platform, folder, "channel 'ABC x'"))
 
 
+# ---- receivers
+
+SEAT = (902, "+z", "acceleration", "m/s^2")
+
+
+def with_receivers(folder, entries, vehicle="A-1", file="seat.uff", at=SEAT):
+    """State receivers of a vehicle, and write functions at a node and direction to another file."""
+    place = f'ntf/{vehicle}.uff"\near_node = 901\n'
+    tables = "".join(f"\n[[vehicles.receivers]]\n{entry}\n" for entry in entries)
+    edited("platform.toml", place, f'ntf/{vehicle}.uff"\n{tables}')(folder)
+    node, direction, ordinate, unit = at
+    functions = [
+        replace(
+            function,
+            response_node=node,
+            response_direction=direction,
+            ordinate=ordinate,
+            ordinate_unit=unit,
+            values=0.5 * function.values,
+            response_name="",
+        )
+        for function in transfer_functions(vehicle)
+    ]
+    write_uff(folder / file, functions)
+
+
+EAR_KEYS = 'name = "driver ear"\nkind = "sound"\nnode = 901\nweight = 2.0\ntarget_db = 61.0'
+SEAT_KEYS = 'name = "seat rail z"\nkind = "vibration"\nnode = 902\ndirection = "+z"\n'
+SEAT_KEYS += 'functions = "seat.uff"\nweighting = "Wk"\ntarget_db = 80.0'
+
+
+def test_receivers_are_read_with_their_functions(folder):
+    before = read_platform(folder).fleet.vehicles[0]
+    with_receivers(folder, (EAR_KEYS, SEAT_KEYS))
+    platform = read_platform(folder)
+    vehicle = platform.fleet.vehicles[0]
+    transfer = before.noise_transfer.values
+    np.testing.assert_array_equal(vehicle.noise_transfer.values, transfer)
+    assert (vehicle.ear.weight, vehicle.ear.target) == (2.0, 61.0)
+    ((seat, functions),) = vehicle.receivers.items()
+    wanted = ("seat rail z", "acceleration", "Wk", 80.0)
+    assert (seat.name, seat.quantity, seat.weighting, seat.target) == wanted
+    assert (functions.unit, functions.inputs) == ("m/s^2/N", PATHS)
+    np.testing.assert_allclose(functions.values, 0.5 * transfer, rtol=1e-11)
+    assert platform.fleet.response_names == ("A-1", "A-1, seat rail z", "A-2", "B-1")
+    assert platform.fleet.vehicle_of == (0, 0, 1, 2)
+    assert folder / "seat.uff" in platform.input_files
+
+
+def test_receivers_of_a_table_have_channels(folder):
+    header, rows = ["frequency [Hz]"], [LINES]
+    for channel, unit in (("ear", "Pa/N"), ("wheel y", "mm/s/N")):
+        for path in PATHS:
+            values = noise(channel, path)
+            header += [f"{channel} {path} {part} [{unit}]" for part in ("real", "imag")]
+            rows += [values.real, values.imag]
+    np.savetxt(
+        folder / "ntf/A-1.csv",
+        np.array(rows).T,
+        delimiter=",",
+        header=",".join(header),
+        comments="",
+        fmt="%.12g",
+    )
+    wheel = 'name = "wheel y"\nkind = "vibration"\nchannel = "wheel y"'
+    with_receivers(folder, ('name = "ear"\nkind = "sound"\nchannel = "ear"', wheel))
+    edited("platform.toml", "ntf/A-1.uff", "ntf/A-1.csv")(folder)
+    vehicle = read_platform(folder).fleet.vehicles[0]
+    ((receiver, functions),) = vehicle.receivers.items()
+    assert (receiver.quantity, receiver.level_unit) == ("velocity", "dB re 1 nm/s")
+    transfer = vehicle.noise_transfer.values
+    np.testing.assert_allclose(transfer[:, 0, 1], noise("ear", PATHS[1]), rtol=1e-9)
+    felt = functions.values[:, 0, 2]
+    np.testing.assert_allclose(felt, 1e-3 * noise("wheel y", PATHS[2]), rtol=1e-9)
+
+
+WRONG_RECEIVERS = [
+    ((SEAT_KEYS,), "the first receiver is the ear that has the vehicle's name: put a sound first"),
+    ((EAR_KEYS, SEAT_KEYS, SEAT_KEYS), "two receivers of vehicle A-1 are named 'seat rail z'"),
+    ((EAR_KEYS, SEAT_KEYS.replace("vibration", "sound")), "a sound is A-weighted and has no direc"),
+    ((EAR_KEYS, SEAT_KEYS + "\nweight = 1.0"), "a vibration is in no sum of levels of sound: leav"),
+    (
+        (EAR_KEYS, SEAT_KEYS.replace("node = 902\n", "")),
+        "state where it is: the node of a UFF",
+    ),
+    ((EAR_KEYS, SEAT_KEYS.replace('"+z"', '"up"')), "a direction is one such as '+z'"),
+    ((EAR_KEYS, SEAT_KEYS.replace("rail z", "rail, z")), "in a few words without commas"),
+    ((EAR_KEYS, SEAT_KEYS.replace("Wk", "Wb")), """is "Wb": input should be 'Wk', 'Wd' or 'Wh'"""),
+    ((EAR_KEYS, SEAT_KEYS.replace("902", "903")), "seat.uff: vehicle A-1: receiver 'seat rail z'"),
+    ((EAR_KEYS, SEAT_KEYS.replace('direction = "+z"\n', "")), "state the direction of its acceler"),
+]
+
+
+@pytest.mark.parametrize(("entries", "words"), WRONG_RECEIVERS)
+def test_receivers_that_cannot_be_are_refused(folder, entries, words):
+    with_receivers(folder, entries)
+    refused(read_platform, folder, words)
+
+
+@pytest.mark.parametrize(
+    ("at", "words"),
+    [
+        ((902, "+z", "pressure", "Pa"), 'kind = "vibration", and its functions are in Pa/N: corr'),
+        ((902, "+z", "velocity", "m/s"), "is a velocity, and Wk weights accelerations: give func"),
+    ],
+)
+def test_functions_that_do_not_fit_their_receiver_are_refused(folder, at, words):
+    with_receivers(folder, (EAR_KEYS, SEAT_KEYS), at=at)
+    refused(read_platform, folder, words)
+
+
+def test_an_ear_node_beside_receivers_is_refused(folder):
+    place = "ear_node = 901\n"
+    edited("platform.toml", place, f"{place}\n[[vehicles.receivers]]\n{EAR_KEYS}\n")(folder)
+    refused(read_platform, folder, "ear_node and receivers say the same: keep the receivers")
+
+
 # ---- engine torque
 
 

@@ -17,9 +17,11 @@ from deboom.errors import InputError
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import Bracket, Mount
 from deboom.physics import transfer_path
+from deboom.physics.vibration_level import human_weighting
 from deboom.vehicles.booming_model import Motion, booming_model
 from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.powertrain import Powertrain
+from deboom.vehicles.receivers import Receiver
 
 AXES = ("x", "y", "z")
 LINES = np.arange(20.0, 60.5, 2.0)
@@ -36,6 +38,7 @@ END_LOADS = np.array([30.0 + 5j, 25.0 - 8j])
 MODES = 2 * np.pi * np.array([[18.0, 27.0, 36.0, 44.0, 71.0], [19.0, 25.0, 38.0, 49.0, 75.0]])
 SHAPES = 0.04 * RNG.normal(size=(2, 5, 10))
 HEARD = RNG.normal(size=(2, 5)) + 1j * RNG.normal(size=(2, 5))
+FELT = RNG.normal(size=(2, 5))
 TURNS = {"GeM": (0.0, 30.0, 0.0), "TSM": (10.0, -5.0, 35.0)}
 
 
@@ -63,8 +66,11 @@ def modal(vehicle):
     return MODES[vehicle] ** 2 * (1 + 0.06j) - SQUARED[:, np.newaxis]
 
 
-def assembled(factor, vehicle, tilted, loss=None):
-    """Solve one car as a whole: motion, forces along the springs, pressure; None: body at rest."""
+def assembled(factor, vehicle, tilted, loss=None, heard=HEARD):
+    """Solve one car as a whole: motion, forces along the springs, pressure; None: body at rest.
+
+    - `heard` (2, 5): response of each vehicle per motion of each of its modes.
+    """
     source, paths = to_springs(tilted)
     mass = np.zeros((8, 8))
     mass[:3, :3], mass[3:6, 3:6] = MASS * np.eye(3), INERTIA
@@ -88,7 +94,7 @@ def assembled(factor, vehicle, tilted, loss=None):
         moved[line] = relative @ motion
         force[line] = springs * moved[line]
         if n:
-            pressure[line] = HEARD[vehicle] @ motion[8:]
+            pressure[line] = heard[vehicle] @ motion[8:]
     return moved, force, pressure
 
 
@@ -138,6 +144,29 @@ def vehicles(receptance=True):
         given = Frf(LINES, of_body, PATHS, PATHS, "m/N") if receptance else None
         written.append(Vehicle(f"v{number}", "g", heard, given))
     return Fleet(tuple(written))
+
+
+SEAT = Receiver("seat rail z", "acceleration", "Wk")
+WHEEL = Receiver("wheel y", "velocity")
+REAR = Receiver("rear ear", weight=0.5)
+
+
+def with_receivers(fleet):
+    """Add a seat rail, a wheel and a rear ear to the first vehicle, and a seat to the second."""
+    changed = []
+    for number, vehicle in enumerate(fleet.vehicles):
+        answer = 1.0 / modal(number)
+        moved = (FELT[number] * answer) @ SHAPES[number]
+        omega = 2 * np.pi * LINES[:, np.newaxis]
+        values = {SEAT: -(omega**2) * moved, WHEEL: 1j * omega * moved}
+        values[REAR] = 0.7 * (HEARD[1 - number] * answer) @ SHAPES[number]
+        kept = list(values) if number == 0 else [SEAT]
+        receivers = {
+            each: Frf(LINES, values[each][:, np.newaxis], ("there",), PATHS, each.transfer_unit)
+            for each in kept
+        }
+        changed.append(replace(vehicle, receivers=receivers))
+    return Fleet(tuple(changed))
 
 
 def mounts(tilted):
@@ -215,6 +244,65 @@ def test_loss_factors_levels_and_gradients_follow_the_assembled_system():
     np.testing.assert_allclose(pulled, weights[:, 0] @ gradient, rtol=1e-9, atol=1e-9)
     paths = booming.paths(FACTORS[1], "v1").pressure
     np.testing.assert_allclose(paths, booming.pressure(FACTORS[1:2])[0, 1], rtol=1e-9)
+
+
+ROWS = [(0, HEARD, 1.0), (0, FELT, -SQUARED), (0, FELT, 2j * np.pi * LINES)]
+ROWS += [(0, 0.7 * HEARD[::-1], 1.0), (1, HEARD, 1.0), (1, FELT, -SQUARED)]
+"""Vehicle of each response, what of its modes it is, and the factor to the receiver's quantity."""
+
+
+@pytest.mark.parametrize("tilted", [False, True])
+def test_receivers_of_a_vehicle_answer_the_motion_of_its_body(tilted):
+    fleet = with_receivers(vehicles())
+    with_all, alone = model(tilted, fleet), model(tilted)
+    names = ["v0", "v0, seat rail z", "v0, wheel y", "v0, rear ear", "v1", "v1, seat rail z"]
+    assert list(with_all.response_names) == names
+    amplitudes, levels = with_all.pressure(FACTORS), with_all.levels(FACTORS)
+    for row, (vehicle, of_modes, factor) in enumerate(ROWS):
+        of_car = [assembled(f[:10], vehicle, tilted, heard=of_modes)[2] for f in FACTORS]
+        true = factor * np.array(of_car)
+        np.testing.assert_allclose(amplitudes[:, row], true, rtol=1e-8)
+        if row == 1:  # a weighted acceleration over 1 µm/s²
+            felt = human_weighting("Wk", LINES) * np.abs(true) / np.sqrt(2.0)
+            np.testing.assert_allclose(levels[:, row], 20 * np.log10(felt / 1e-6), rtol=1e-9)
+        if row == 2:  # over 1 nm/s
+            felt = np.abs(true) / np.sqrt(2.0)
+            np.testing.assert_allclose(levels[:, row], 20 * np.log10(felt / 1e-9), rtol=1e-9)
+    np.testing.assert_array_equal(levels[:, [0, 4]], alone.levels(FACTORS))
+    np.testing.assert_allclose(with_all(FACTORS)[:, [0, 4]], alone(FACTORS), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("receptance", [False, True])
+def test_loops_of_several_receivers_agree_with_numpy_and_with_differences(receptance):
+    booming = model(True, with_receivers(vehicles(receptance)))
+    assert booming.response_unit == (
+        "dB(A), dB(Wk) re 1 µm/s², dB re 1 nm/s, dB(A), dB(A), dB(Wk) re 1 µm/s²"
+    )
+    assert booming.response_weights.tolist() == [1.0, 0.0, 0.0, 0.5, 1.0, 0.0]
+    plain = replace(booming, compiled=False)
+    np.testing.assert_allclose(booming(FACTORS), plain(FACTORS), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(booming(FACTORS), booming.levels(FACTORS).sum(axis=-1), rtol=1e-12)
+    step = 1e-5 * np.eye(12)
+    slopes = (booming(FACTORS[1] + step) - booming(FACTORS[1] - step)) / 2e-5
+    np.testing.assert_allclose(booming.gradient(FACTORS[1:2])[0], slopes.T, rtol=1e-5, atol=1e-4)
+    if not receptance:
+        return  # loops of bodies at rest have responses alike
+    values, pull_back = booming.linearised(FACTORS)
+    np.testing.assert_allclose(values, booming(FACTORS), rtol=0, atol=1e-9)
+    weights = np.random.default_rng(4).standard_normal((2, *values.shape))
+    by_row = np.einsum("onv,nvk->onk", weights, booming.gradient(FACTORS))
+    np.testing.assert_allclose(pull_back(weights), by_row, rtol=1e-8, atol=1e-8)
+
+
+def test_receivers_of_one_name_or_another_unit_are_refused():
+    vehicle = with_receivers(vehicles()).vehicles[0]
+    functions = vehicle.receivers[SEAT]
+    with pytest.raises(InputError, match="duplicated receiver of v0"):
+        replace(vehicle, receivers={SEAT: functions, replace(SEAT, weighting=""): functions})
+    with pytest.raises(InputError, match="receiver 'wheel y' is of velocity, and its functions ar"):
+        replace(vehicle, receivers={WHEEL: functions})
+    with pytest.raises(InputError, match="'wheel y' is a velocity, and Wk weights accelerations"):
+        replace(WHEEL, weighting="Wk")
 
 
 def test_blocked_forces_become_those_on_a_receiver_of_known_mass():

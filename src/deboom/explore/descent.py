@@ -162,7 +162,7 @@ def _of_each(robust: Robust, limit: Limit) -> list[Limit]:
     number = limit.number
     if number.worst and number.response is None and np.isinf(float(limit.at_least)):
         # the largest is below a bound if all are
-        names = robust.evaluate.response_names
+        names = np.array(robust.evaluate.response_names)[robust.is_compared].tolist()
         each = [replace(number, worst=False, response=name) for name in names]
         return [replace(limit, number=one) for one in each]
     return [limit]

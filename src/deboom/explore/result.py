@@ -43,7 +43,7 @@ from deboom.explore.selection import (
     pick_of_any,
     variables_without_effect,
 )
-from deboom.explore.space import Evaluate, check_same_names, units_of
+from deboom.explore.space import Evaluate, check_same_names, spread_unit
 from deboom.tabled import Tabled
 
 
@@ -187,7 +187,7 @@ class FrontColumns:
 
     @property
     def _scatter(self) -> str:
-        return "dB" if self.unit == "dB(A)" else self.unit
+        return spread_unit(self.unit)
 
     @property
     def _sums(self) -> str:
@@ -457,12 +457,11 @@ class Front(Tabled):
         names: dict[int, list[str]] = {}
         for name, row in self.picks.items():
             names.setdefault(row, []).append(name)
-        units = dict.fromkeys(units_of(self.responses, self.model.response_unit))
-        columns, searched = FrontColumns(next(iter(units))), self.searched
+        columns, searched = FrontColumns(self.robust.sum_unit), self.searched
         values, n = self.values, len(self.values)
         share, mean = self.survivors.T
         failing = {columns.failed_draws: share, columns.other_draws: mean}
-        if len(units) > 1:  # which nothing adds up
+        if len(self.robust.weighted_units) > 1:  # which nothing adds up
             return pd.DataFrame(
                 {
                     POINT: np.arange(1, n + 1),
@@ -531,7 +530,7 @@ class Front(Tabled):
     def hypervolume_label(self) -> str:
         """Name and unit of the hypervolume: the product of the units of the objectives."""
         units = map(self.robust.unit_of, self.robust.objectives)
-        counts = Counter("dB" if unit == "dB(A)" else unit for unit in units if unit != "1")
+        counts = Counter(spread_unit(unit) for unit in units if unit != "1")
         powers = (f"{unit}{POWERS.get(count, '')}" for unit, count in counts.items())
         return f"hypervolume [{'·'.join(powers) or '1'}]"
 
@@ -544,7 +543,7 @@ class Front(Tabled):
         if self.robust.objectives != (MEAN_SUM, SIGMA_SUM):
             return PERCENT * left / (last or 1.0), "[% of the hypervolume]"
         width = float(reference[1] - front[:, 1].min()) if len(front) else 0.0
-        unit = self.model.response_unit.replace("dB(A)", "dB")
+        unit = spread_unit(self.robust.sum_unit)
         return left / (width or 1.0) * self.per_line, f"[{unit}]"
 
     def compared(self, designs: Mapping[str, tuple[RobustValues, int]]) -> pd.DataFrame:

@@ -231,7 +231,8 @@ class Robust:
         What designs must keep, such as ``Objective("mean", response="U06-5").at_most("today")``, or
         ``Objective("nominal", response=price).at_most(5.0)`` of a function of the design.
     weights : array, shape (r,), optional
-        Weights of the responses in sums; only their ratios count [1].
+        Weights of the responses in sums; only their ratios count; by default the model's
+        ``response_weights``, such as none of vibrations beside levels of sound, or all alike [1].
 
     Raises
     ------
@@ -295,7 +296,8 @@ class Robust:
         ):
             object.__setattr__(self, name, value)
         self._check()
-        object.__setattr__(self, "weights", self._normalised(weights))
+        given = getattr(evaluate, "response_weights", None) if weights is None else weights
+        object.__setattr__(self, "weights", self._normalised(given))
         stated = limits.stated if isinstance(limits, Limits) else tuple(limits)
         for number in (*self.objectives, *(limit.number for limit in stated)):
             self._check_number(number)
@@ -364,7 +366,7 @@ class Robust:
 
     def _check_number(self, number: Objective) -> None:
         names = tuple(self.evaluate.response_names)
-        units = dict.fromkeys(units_of(names, self.evaluate.response_unit))
+        units = self.weighted_units
         if number.response is None and len(units) > 1:
             raise InputError(
                 f"'{number.name}' adds or compares responses in {' and '.join(units)}: name the "
@@ -422,6 +424,24 @@ class Robust:
             return False
         level, sigma = pair
         return level.rule.is_level and sigma.statistic == "sigma"
+
+    @property
+    def weighted_units(self) -> tuple[str, ...]:
+        """Units of the responses that have a weight above 0."""
+        units = units_of(self.evaluate.response_names, self.evaluate.response_unit)
+        weights = np.ones(len(units)) if self.weights is None else self.weights
+        return tuple(dict.fromkeys(unit for unit, w in zip(units, weights, strict=True) if w > 0.0))
+
+    @property
+    def sum_unit(self) -> str:
+        """Unit of sums over the responses, and of the worst of them."""
+        return self.weighted_units[0]
+
+    @cached_property
+    def is_compared(self) -> BoolArray:
+        """Which responses have the unit of sums: the worst of all is one of these, (r,)."""
+        units = units_of(self.evaluate.response_names, self.evaluate.response_unit)
+        return np.array([unit == self.sum_unit for unit in units])
 
     @property
     def weight_ratios(self) -> RealArray:
@@ -541,7 +561,7 @@ class Robust:
             said(error)
             return 1.0, np.nan
         computed = np.isfinite(values).all(axis=1)
-        mean = values[computed].mean(axis=0).sum() if computed.any() else np.nan
+        mean = values[computed].mean(axis=0)[self.is_compared].sum() if computed.any() else np.nan
         return float(1.0 - computed.mean()), float(mean)
 
     def prepared(self, design: RealArray) -> PreparedEstimator:
@@ -629,14 +649,13 @@ class _MadeDesign(NamedTuple):
 
     def number(self, number: Objective) -> float:
         """Return a number of the design."""
-        if number.response is None:
+        if number.response is None and (not number.worst or self.robust.is_compared.all()):
             return number(self.draws, self.robust.weights)
+        if number.response is None:
+            return number(self._of(np.flatnonzero(self.robust.is_compared)))
         if isinstance(number.response, str):
-            at = [tuple(self.robust.evaluate.response_names).index(number.response)]
-            values, mean, sigma, _ = self.draws
-            return number(
-                Draws(values[:, at], mean[at], sigma[at], lambda: self.draws.nominal()[at])
-            )
+            names = tuple(self.robust.evaluate.response_names)
+            return number(self._of(np.array([names.index(number.response)])))
         if number.has_own_model:
             return self.robust.own_number(number, self.design)
         columns = columns_of(number, self.draws.values)
@@ -649,6 +668,11 @@ class _MadeDesign(NamedTuple):
                 lambda: columns_of(number, self.draws.nominal()[np.newaxis])[0],
             )
         )
+
+    def _of(self, at: IntArray) -> Draws:
+        """Return the draws of some responses."""
+        values, mean, sigma, _ = self.draws
+        return Draws(values[:, at], mean[at], sigma[at], lambda: self.draws.nominal()[at])
 
 
 def numbers_of_designs(numbers: Sequence[Objective], designs: RealArray) -> RealArray:

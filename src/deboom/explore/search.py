@@ -56,7 +56,7 @@ from deboom.explore.robust import (
     kept_values,
 )
 from deboom.explore.selection import improved, pick
-from deboom.explore.space import DesignSpace, check_repeats, checked_seed
+from deboom.explore.space import DesignSpace, check_repeats, checked_seed, spread_unit
 from deboom.explore.workers import workers_for
 from deboom.progress import Progress, progress_shown
 
@@ -449,9 +449,10 @@ class _Archive(RobustWrapper):
         parts = [f"generation {len(self.generations)} of {generations}"]
         if self.front is not None and len(self.front) and np.isfinite(self.today):
             change = (self.front.mean_sum.min() - self.today) / self.front.mean.shape[1]
-            unit = str(getattr(self._model, "response_unit", "1")).removesuffix("(A)")
+            units = getattr(self._innermost, "weighted_units", ("1",))
+            unit = spread_unit(units[0])
             number = f"{change / self.n_lines:+.2g}" + (f" {unit}" if unit != "1" else "")
-            if "," not in unit:  # of several units nothing adds up
+            if len(units) == 1:  # of several units nothing adds up
                 parts.append(f"best mean {number}".replace("-", "−"))
         parts += [f"{n_failed} failed"] if n_failed else []
         parts += [f"{n_worse} beyond limits"] if n_worse else []
@@ -465,14 +466,14 @@ class _Archive(RobustWrapper):
     @cached_property
     def n_lines(self) -> int:
         """Lines that each response is the sum of; 1 for a model that does not say."""
-        return int(getattr(self._model, "n_lines", 1))
+        return int(getattr(getattr(self._innermost, "evaluate", None), "n_lines", 1))
 
     @property
-    def _model(self) -> Any:
+    def _innermost(self) -> Any:
         robust: Any = self.robust
         while hasattr(robust, "robust"):
             robust = robust.robust
-        return getattr(robust, "evaluate", None)
+        return robust
 
     def result(self, seed: int, seconds: float, *, stopped: str, algorithm: str) -> SearchResult:
         """Return what was found; refuse a search without a design that keeps all limits."""

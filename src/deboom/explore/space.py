@@ -338,6 +338,11 @@ def units_of(responses: Sequence[str], unit: str) -> tuple[str, ...]:
     return units * len(responses) if len(units) == 1 else units
 
 
+def spread_unit(unit: str) -> str:
+    """Return the unit of differences and of scatter: ``dB`` of any level, else the same."""
+    return "dB" if unit.startswith("dB") else unit
+
+
 def responses(evaluate: Evaluate, designs: RealArray) -> RealArray:
     """Return responses (n, r) to designs (n, k), not finite if one fails; refuse other shapes."""
     # a model that writes into its argument does not change the designs

@@ -40,6 +40,7 @@ from deboom.explore.space import (
     generator,
     responses,
     said,
+    spread_unit,
 )
 from deboom.explore.workers import process_pool
 from deboom.progress import Progress
@@ -507,8 +508,8 @@ def _judged(front: Front, rows: _Rows, n_rows: int, seed: int) -> pd.DataFrame:
         of_design.setdefault(row, []).append(name)
     judge = verification_response(front.robust, seed=seed)
     per_pick = min(n_rows // len(of_design), judge.sample.n_samples)
-    unit = front.model.response_unit
-    spread = "dB" if unit == "dB(A)" else unit
+    unit = front.robust.sum_unit
+    spread = spread_unit(unit)
     table = []
     for number, (row, names) in enumerate(of_design.items()):
         made = judge.made(front.values.designs[row])

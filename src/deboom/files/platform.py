@@ -8,11 +8,18 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from deboom.arrays import AXES, RealArray
 from deboom.errors import InputError, naming
@@ -75,6 +82,7 @@ from deboom.physics.order_tracking import dominant_order
 from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
 from deboom.vehicles.platform import LIBRARY_FILE, PLATFORM_FILE, MissingLibrary, Platform
 from deboom.vehicles.powertrain import Powertrain
+from deboom.vehicles.receivers import EAR, SOUND, UNITS, Receiver
 
 RECEPTANCE_UNIT = "m/N"
 DRIVING_POINT = "driving point"
@@ -126,18 +134,87 @@ def noise_transfer_columns(
     """
     matrix = _opened(path, item, rows, (FRF,))
     node = 0 if is_table(path) else ear_node or 0
-    ears = {f.response_name for f in matrix.functions if f.response_node == node}
     ear = Dof("ear", node, "scalar", quantity=NOISE_TRANSFER)
+    return _to_receiver(matrix, ear, rows, SOUND, "Pa/N")
+
+
+def _to_receiver(
+    matrix: FunctionMatrix, receiver: Dof, rows: Sequence[ChannelRow], ordinate: str, unit: str
+) -> Columns:
+    """Columns of the functions of one receiver; its name there is that of the microphone."""
+    names = {f.response_name for f in matrix.functions if f.response_node == receiver.node}
     with telling() as tell:
-        if len(ears) > 1:
-            names = ", ".join(map(repr, sorted(ears)))
-            sentence = f"noise transfer functions of different microphones ({names}) are mixed at "
+        if ordinate == SOUND and len(names) > 1:
+            different = ", ".join(map(repr, sorted(names)))
+            sentence = f"noise transfer functions of different microphones ({different}) are mixed"
             remedy = "measure all paths with one, or correct the response names"
-            tell(matrix.error(f"{sentence}node {node}: {remedy}"))
+            tell(matrix.error(f"{sentence} at node {receiver.node}: {remedy}"))
         with noting(tell):
-            refuse_window(matrix.added_decay_rate, f"{path}: {item}")
-        columns = _columns(matrix, rows, [(ear, row.dof) for row in rows], "pressure", tell)
-    return replace(columns, ear="".join(sorted(ears)[:1]))
+            refuse_window(matrix.added_decay_rate, f"{matrix.path}: {matrix.item}")
+        # the channel table has the unit of noise transfer functions alone
+        of_table = ordinate == SOUND
+        dofs = [(receiver, row.dof if of_table else replace(row.dof, unit=None)) for row in rows]
+        columns = _columns(matrix, rows, dofs, ordinate, tell, unit=unit)
+    return replace(columns, ear="".join(sorted(names)[:1]))
+
+
+def receiver_columns(
+    path: Path, vehicle: str, entry: ReceiverEntry, rows: Sequence[ChannelRow]
+) -> tuple[Receiver, Columns]:
+    """Read the functions of a receiver per force at every path.
+
+    - `path`: UFF file, or a table.
+    - `vehicle`: its name, for messages.
+    - `entry`: what ``platform.toml`` states.
+    - `rows`: the paths, in the order wanted.
+    - returns: the receiver with the quantity of its functions, and these.
+    - raises InputError: a node and direction, or a channel, without functions, with those of the
+      other kind or of two quantities; a path without its function, or with one of another type or
+      unit; a weighting that is not for their quantity.
+    """
+    item = f"vehicle {vehicle}: receiver '{entry.name}'"
+    channel = entry.channel or ""
+    if is_table(path) != (entry.node is None):
+        remedy = "names: state its channel" if is_table(path) else "node: state its node"
+        raise InputError(f"{path}: {item}: the file has functions by {remedy}")
+    if entry.kind == "vibration" and entry.direction is None and not is_table(path):
+        raise InputError(f"{path}: {item}: state the direction of its accelerometer, such as '+z'")
+    matrix = _opened(path, item, rows, (FRF,), channel=channel)
+    node = entry.node or 0
+    quantities = {
+        function.ordinate: function.unit
+        for function in matrix.functions
+        if function.response_node == node
+        and (entry.direction or "scalar")[1:] == function.response_direction[1:]
+    }
+    wanted = [each for each in quantities if (each == SOUND) == (entry.kind == "sound")]
+    if not wanted and quantities:
+        raise matrix.error(
+            f'kind = "{entry.kind}", and its functions are in {", ".join(quantities.values())}: '
+            "correct its kind, or its node and direction"
+        )
+    if len(wanted) > 1:
+        raise matrix.error(f"it has functions of {' and '.join(wanted)}: keep one of them")
+    quantity = wanted[0] if wanted else SOUND if entry.kind == "sound" else "acceleration"
+    with naming(path):
+        receiver = Receiver(
+            name=entry.name,
+            quantity=quantity,
+            weighting=entry.weighting or "",
+            weight=entry.usual_weight,
+            target=entry.target_db,
+        )
+    direction = entry.direction or "scalar"
+    dof = Dof(
+        entry.name,
+        node,
+        direction,
+        quantity=receiver.transfer_quantity,
+        # along the axis either way, of which the sign is turned
+        accepted=tuple(f"{sign}{direction[1:]}" for sign in "+-") if entry.direction else (),
+    )
+    columns = _to_receiver(matrix, dof, rows, quantity, receiver.transfer_unit)
+    return receiver, replace(columns, ear=entry.name)
 
 
 def receptance_frf(path: Path, item: str, rows: Sequence[ChannelRow]) -> Frf:
@@ -224,8 +301,12 @@ def _opened(
     rows: Sequence[ChannelRow],
     types: tuple[int, ...],
     quantity: str = "",
+    channel: str = "",
 ) -> FunctionMatrix:
-    """Functions of a file at the nodes of the rows, by default of the quantity of each row."""
+    """Functions of a file at the nodes of the rows, by default of the quantity of each row.
+
+    - `channel`: of a receiver, with which the names of its functions in a table begin.
+    """
     if not is_table(path):
         nodes = {row.node for row in rows}
         functions = [
@@ -240,15 +321,22 @@ def _opened(
         for row in rows:
             of_row = quantity or row.quantity
             with noting(tell), naming(f"{path}: {item}: {of_row} '{row.channel}'"):
-                functions.append(_of_table(table, row, of_row))
+                functions.append(_of_table(table, row, of_row, channel))
     return FunctionMatrix(path, item, types, functions)
 
 
-def _of_table(table: FunctionTable, row: ChannelRow, quantity: str) -> UffFunction:
-    """Make a function of the table's columns, at the degree of freedom of the channel table."""
+def _of_table(
+    table: FunctionTable, row: ChannelRow, quantity: str, channel: str = ""
+) -> UffFunction:
+    """Make a function of the table's columns, at the degree of freedom of the channel table.
+
+    - `channel`: see `_opened`; its functions may be of any quantity, which their unit tells.
+    """
     to_ear, per_force = quantity == NOISE_TRANSFER, quantity in (NOISE_TRANSFER, DRIVING_POINT)
-    unit, values = table.spectrum(row.channel if per_force else f"{row.channel} {quantity}")
-    ordinate, _, denominator = unit.si.partition("/")
+    name = f"{channel} {row.channel}".strip() if per_force else f"{row.channel} {quantity}"
+    unit, values = table.spectrum(name)
+    ordinate, _, denominator = unit.si.rpartition("/") if "/" in unit.si else (unit.si, "", "")
+    of_unit = {unit: name for name, unit in UNITS.items()}
     return UffFunction(
         abscissa=table.frequency,
         values=values,
@@ -257,7 +345,7 @@ def _of_table(table: FunctionTable, row: ChannelRow, quantity: str) -> UffFuncti
         response_direction="scalar" if to_ear else row.direction,
         reference_node=row.node if per_force else 0,
         reference_direction=row.direction if per_force else "scalar",
-        ordinate=_ORDINATE.get(quantity, quantity),
+        ordinate=of_unit.get(ordinate, "") if channel else _ORDINATE.get(quantity, quantity),
         ordinate_unit=ordinate,
         denominator="force" if denominator else "none",
         denominator_unit=denominator,
@@ -273,13 +361,17 @@ def _columns(
     dofs: Sequence[tuple[Dof, Dof]],
     ordinate: str,
     tell: Note,
+    unit: str = "",
 ) -> Columns:
-    """Columns of the rows; of one that is told to be at fault, zeros."""
+    """Columns of the rows; of one that is told to be at fault, zeros.
+
+    - `unit`: of the functions, where it is not that of the quantity of each row.
+    """
     values = np.zeros((matrix.axis.size, len(rows)), dtype=np.complex128)
     for column, (row, (response, reference)) in enumerate(zip(rows, dofs, strict=True)):
         with noting(tell):
-            unit = QUANTITY_UNIT[row.quantity]
-            values[:, column] = matrix.function(response, reference, ordinate=ordinate, unit=unit)
+            of_row = unit or QUANTITY_UNIT[row.quantity]
+            values[:, column] = matrix.function(response, reference, ordinate=ordinate, unit=of_row)
             if row.quantity == NOISE_TRANSFER and not np.any(values[:, column]):
                 raise matrix.error(
                     f"{row.quantity} '{row.channel}' is 0 at all lines: measure it again, or take "
@@ -455,12 +547,63 @@ class MountEntry(StrictModel):
         return self.pieces or ("",)
 
 
+def _along_an_axis(direction: str) -> str:
+    if direction not in [f"{sign}{axis}" for axis in AXES for sign in "+-"]:
+        raise ValueError("a direction is one such as '+z'")
+    return direction
+
+
+def _receiver_name(name: str) -> str:
+    if not name.strip() or name != name.strip() or "," in name:
+        raise ValueError("a receiver is named in a few words without commas, such as 'seat rail z'")
+    return name
+
+
+class ReceiverEntry(StrictModel):
+    """One place where somebody sits: an ear, or a point of a seat or of the wheel."""
+
+    name: Annotated[str, AfterValidator(_receiver_name)]  # such as "seat rail z"
+    kind: Literal["sound", "vibration"]
+    node: Number | None = None  # response node in a UFF file
+    # of the accelerometer at that node, such as "+z"
+    direction: Annotated[str, AfterValidator(_along_an_axis)] | None = None
+    channel: str | None = None  # in a table, with which its columns begin: "seat z EnM x [m/s²/N]"
+    functions: RelativePath | None = None  # its file, where it is not that of noise_transfer
+    weight: NotNegative | None = None  # of a sound in sums over receivers [1]; without, 1
+    target_db: float | None = None  # mean level of the lines that is good enough
+    # of an acceleration: "Wk", "Wd" (seat, ISO 2631-1) or "Wh" (hands, ISO 5349-1)
+    weighting: Literal["Wk", "Wd", "Wh"] | None = None
+
+    @model_validator(mode="after")
+    def _of_its_kind(self) -> Self:
+        if self.kind == "sound" and (self.weighting or self.direction):
+            raise ValueError(
+                "a sound is A-weighted and has no direction: leave out weighting and direction, or "
+                'write kind = "vibration"'
+            )
+        if self.kind == "vibration" and self.weight is not None:
+            raise ValueError(
+                "a vibration is in no sum of levels of sound: leave its weight out, and limit it "
+                "(--limits) or take it as a further objective (--also)"
+            )
+        if (self.node is None) == (self.channel is None):
+            raise ValueError("state where it is: the node of a UFF file, or the channel of a table")
+        return self
+
+    @property
+    def usual_weight(self) -> float:
+        """Weight in sums [1]."""
+        return 1.0 if self.weight is None else self.weight
+
+
 class VehicleEntry(StrictModel):
     """One vehicle and the file of its noise transfer functions."""
 
     name: Name  # such as U06-1
     group: Name  # vehicles of one body, such as U06
     noise_transfer: RelativePath  # UFF file, Nastran punch, or a table: CSV, xlsx, MATLAB's mat
+    # several ears, seats, wheel, in place of ear_node; the first is the ear named by the vehicle
+    receivers: AtLeastOne[ReceiverEntry] | None = None
     # response node of the driver's ear in a UFF file; a table has none
     ear_node: Number | None = Field(default=None, validate_default=True)
     # displacement per force of the trimmed body between all paths, UFF; without, it is at rest
@@ -471,10 +614,26 @@ class VehicleEntry(StrictModel):
     @field_validator("ear_node")
     @classmethod
     def _node_of_a_uff_file(cls, node: int | None, others: ValidationInfo) -> int | None:
-        name = others.data.get("noise_transfer", "")
-        if node is None and PurePosixPath(name).suffix.lower() not in ("", *TABLE_ENDINGS):
+        name, receivers = others.data.get("noise_transfer", ""), others.data.get("receivers")
+        if "receivers" not in others.data:
+            return node  # they are refused already
+        by_node = PurePosixPath(name).suffix.lower() not in ("", *TABLE_ENDINGS)
+        if node is None and by_node and not receivers:
             raise ValueError("functions by node need the response node of the driver's ear: add it")
+        if node is not None and receivers:
+            raise ValueError("ear_node and receivers say the same: keep the receivers")
         return node
+
+    @field_validator("receivers")
+    @classmethod
+    def _an_ear_first(
+        cls, receivers: tuple[ReceiverEntry, ...] | None
+    ) -> tuple[ReceiverEntry, ...] | None:
+        if receivers and receivers[0].kind != "sound":
+            raise ValueError(
+                "the first receiver is the ear that has the vehicle's name: put a sound first"
+            )
+        return receivers
 
     @field_validator("driving_points")
     @classmethod
@@ -584,6 +743,10 @@ class PlatformFile(StrictModel):
             yield from doubled(f"[[{section}]] are named", names)
             yield from look_alikes(section.removesuffix("s").replace("_", " "), names)
         yield from same_file("vehicles", "noise_transfer", self.vehicles)
+        for vehicle in self.vehicles:
+            receivers = [receiver.name for receiver in vehicle.receivers or ()]
+            yield from doubled(f"receivers of vehicle {vehicle.name} are named", receivers)
+            yield from look_alikes(f"receiver of vehicle {vehicle.name}", receivers)
         yield from same_file("load cases", "operating", self.load_cases)
         yield from look_alikes("group", [entry.group for entry in self.vehicles])
         yield from self.engine.order_faults()
@@ -732,7 +895,8 @@ class Functions:
     """What the files of functions of a platform hold.
 
     - `frequency` (f,): lines that all functions share [Hz].
-    - `noise_transfer`: by vehicle.
+    - `noise_transfer`: by vehicle, to its ear.
+    - `ear`: of each vehicle; `receivers`: further ones, with their functions.
     - `receptance`: by vehicle that has one, or driving points [m/N].
     - `brackets`: by mount that has any.
     - `operating`: displacement and force, by load case.
@@ -741,6 +905,8 @@ class Functions:
 
     frequency: RealArray
     noise_transfer: Mapping[str, Columns]
+    ear: Mapping[str, Receiver]
+    receivers: Mapping[str, Mapping[Receiver, Columns]]
     receptance: Mapping[str, Frf]
     brackets: Mapping[str, tuple[Bracket, ...]]
     operating: Mapping[str, tuple[Columns, ...]]
@@ -779,6 +945,8 @@ def read_functions(folder: Path, file: PlatformFile, tables: Tables) -> Function
       other lines.
     """
     noise_transfer: dict[str, Columns] = {}
+    ear: dict[str, Receiver] = {}
+    receivers: dict[str, dict[Receiver, Columns]] = {}
     receptance: dict[str, Frf] = {}
     operating: dict[str, tuple[Columns, ...]] = {}
     engine_torque: dict[str, RealArray] = {}
@@ -787,10 +955,21 @@ def read_functions(folder: Path, file: PlatformFile, tables: Tables) -> Function
     with telling() as tell:
         for vehicle in file.vehicles:
             item = f"vehicle {vehicle.name}"
+            receivers[vehicle.name] = {}
+            for number, entry in enumerate(vehicle.receivers or ()):
+                file_of = folder / (entry.functions or vehicle.noise_transfer)
+                with noting(tell):
+                    receiver, columns = receiver_columns(file_of, vehicle.name, entry, paths)
+                    if number == 0:
+                        ear[vehicle.name] = replace(receiver, name="")
+                        noise_transfer[vehicle.name] = columns
+                    else:
+                        receivers[vehicle.name][receiver] = columns
             with noting(tell):
-                noise_transfer[vehicle.name] = noise_transfer_columns(
-                    folder / vehicle.noise_transfer, item, vehicle.ear_node, paths
-                )
+                if not vehicle.receivers:
+                    noise_transfer[vehicle.name] = noise_transfer_columns(
+                        folder / vehicle.noise_transfer, item, vehicle.ear_node, paths
+                    )
             if vehicle.body is not None:
                 read = receptance_frf if vehicle.receptance else driving_points_frf
                 with noting(tell):
@@ -802,7 +981,11 @@ def read_functions(folder: Path, file: PlatformFile, tables: Tables) -> Function
                     folder / case.operating, f"load case {case.name}", order, channels
                 )
     with telling() as tell:
-        every = [*noise_transfer.values(), *(part for pair in operating.values() for part in pair)]
+        every = [
+            *noise_transfer.values(),
+            *(columns for of_vehicle in receivers.values() for columns in of_vehicle.values()),
+            *(part for pair in operating.values() for part in pair),
+        ]
         frequency = common_axis(every, tell)
         electric = file.engine.cylinders is None
         if electric and (frequency[0] < LOWEST or frequency[-1] > HIGHEST):
@@ -830,7 +1013,16 @@ def read_functions(folder: Path, file: PlatformFile, tables: Tables) -> Function
                     _bracket(folder, mount.name, side, stated, frequency)
                     for side, stated in mount.brackets.items()
                 )
-    return Functions(frequency, noise_transfer, receptance, brackets, operating, engine_torque)
+    return Functions(
+        frequency=frequency,
+        noise_transfer=noise_transfer,
+        ear=ear,
+        receivers=receivers,
+        receptance=receptance,
+        brackets=brackets,
+        operating=operating,
+        engine_torque=engine_torque,
+    )
 
 
 def _bracket(
@@ -875,7 +1067,9 @@ def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Funct
     """Put a platform together from what its files hold."""
     inputs = [folder / name for name in (PLATFORM_FILE, file.mount_table, file.channel_table)]
     for vehicle in file.vehicles:
-        inputs += [folder / name for name in (vehicle.noise_transfer, vehicle.body) if name]
+        of_receivers = [receiver.functions for receiver in vehicle.receivers or ()]
+        names = (vehicle.noise_transfer, *of_receivers, vehicle.body)
+        inputs += [folder / name for name in names if name]
     for entry in file.load_cases:
         inputs += [folder / name for name in (entry.operating, entry.torque_table) if name]
     for mount in file.mounts:
@@ -1075,7 +1269,24 @@ def _vehicle(entry: VehicleEntry, functions: Functions) -> Vehicle:
     if receptance is not None:
         # lines that are the same within rounding
         receptance = replace(receptance, frequency=functions.frequency)
-    return Vehicle(entry.name, entry.group, frf, receptance)
+    receivers = {
+        receiver: Frf(
+            functions.frequency,
+            columns.values[:, np.newaxis, :],
+            (receiver.name,),
+            columns.names,
+            receiver.transfer_unit,
+        )
+        for receiver, columns in functions.receivers[entry.name].items()
+    }
+    return Vehicle(
+        name=entry.name,
+        group=entry.group,
+        noise_transfer=frf,
+        receptance=receptance,
+        ear=functions.ear.get(entry.name, EAR),
+        receivers=receivers,
+    )
 
 
 def _load_case(entry: LoadCaseEntry, engine: Engine, functions: Functions) -> LoadCase:

@@ -322,8 +322,8 @@ def _heard_in(case: Case, rows: IntArray) -> Case:
         return replace(case, values=case.values[rows], vehicle_names=names)
     bodies = tuple(replace(body, transfer=body.transfer[rows]) for body in case.bodies)
     if isinstance(case, FlexibleMotion):
-        receptance = case.receptance[rows]
-        return replace(case, bodies=bodies, vehicle_names=names, receptance=receptance)
+        body_of = case.body_of[rows]
+        return replace(case, bodies=bodies, vehicle_names=names, body_of=body_of)
     return replace(case, bodies=bodies, vehicle_names=names)
 
 
@@ -371,7 +371,7 @@ def _springs(
     n_perches = 0
     if isinstance(first, FlexibleMotion):
         at = _elastic(first) if loss else np.arange(variable.size)
-        receptance = first.receptance[:, :, at][..., at]
+        receptance = first.receptance[first.body_of][:, :, at][..., at]
         perch, shared = _perches(receptance)
         n_perches = len(shared)
         upper = np.triu_indices(n_perches)

@@ -18,7 +18,7 @@ from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
 from deboom.explore.result import FrontColumns, label_in_search
 from deboom.explore.robust import Robust, RobustValues
 from deboom.explore.search import VERIFIED
-from deboom.explore.space import DesignSpace
+from deboom.explore.space import DesignSpace, spread_unit, units_of
 from deboom.files.dakota import dakota_name, read_dakota, write_dakota
 from deboom.files.doe_table import DesignColumns, write_design_table
 from deboom.files.platform import platform_folder
@@ -71,19 +71,19 @@ class Node:
     @cached_property
     def _parts(self) -> list[tuple[Sequence[str], Callable[[RobustValues], RealArray]]]:
         """Columns, and what computes their numbers from the values of one design."""
-        model, columns = self.robust.evaluate, FrontColumns(self.robust.evaluate.response_unit)
+        model, columns = self.robust.evaluate, FrontColumns(self.robust.sum_unit)
         n_lines = int(getattr(model, "n_lines", 1))
-        unit = model.response_unit
-        level = "level" if unit == "dB(A)" else "mean"
-        scatter = unit.replace("dB(A)", "dB")
+        names = tuple(model.response_names)
+        units = dict(zip(names, units_of(names, model.response_unit), strict=True))
+        level = "level" if self.robust.sum_unit == "dB(A)" else "mean"
         parts: list[tuple[Sequence[str], Callable[[RobustValues], RealArray]]] = [
             ((columns.searched_mean_sum, columns.searched_sigma_sum), _sums),
             (
-                [f"{level} of {name} [{unit}]" for name in model.response_names],
+                [f"{level} of {name} [{unit}]" for name, unit in units.items()],
                 lambda values: values.mean[0] / n_lines,
             ),
             (
-                [f"sigma of {name} [{scatter}]" for name in model.response_names],
+                [f"sigma of {name} [{spread_unit(unit)}]" for name, unit in units.items()],
                 lambda values: values.sigma[0] / n_lines,
             ),
         ]
@@ -96,7 +96,7 @@ class Node:
         if hasattr(model, "levels"):
             loudest = LoudestLine(model, tuple(model.response_names))
             rise = PeakRise(model, self.space.nominal)
-            labels = [f"loudest line of {name} [dB(A)]" for name in loudest.vehicles]
+            labels = [f"loudest line of {name} [{unit}]" for name, unit in units.items()]
             parts.append((labels, lambda values: loudest(values.designs)[0]))
             labels = [f"{name} [dB]" for name in rise.response_names]
             parts.append((labels, lambda values: rise(values.designs)[0]))

@@ -299,8 +299,12 @@ class AimOptions:
                 further.append(level_objective(model, statistic, whose))
         return (*aims()[self.objective], *further)
 
-    def weights(self, vehicles: Sequence[str]) -> list[float] | None:
-        """Return the weight of each vehicle, None if all are alike; InputError for a wrong text."""
+    def weights(self, model: Evaluate) -> list[float] | None:
+        """Return the weight of each response, None if none is stated; InputError for a wrong text.
+
+        Others keep that of the model's data, or 1.
+        """
+        vehicles = model.response_names
         weights: dict[str, float] = {}
         for text in self.weight or ():
             name, _, number = text.rpartition("=")
@@ -314,7 +318,11 @@ class AimOptions:
                 raise InputError(
                     f"--weight {text}: write VEHICLE=WEIGHT with one of {', '.join(vehicles)}"
                 )
-        return [weights.get(name, 1.0) for name in vehicles] if weights else None
+        if not weights:
+            return None
+        given = getattr(model, "response_weights", None)
+        usual = np.ones(len(vehicles)) if given is None else given
+        return [weights.get(name, float(w)) for name, w in zip(vehicles, usual, strict=True)]
 
 
 def robust_response(
@@ -343,7 +351,7 @@ def robust_response(
         objectives=aims.objectives(evaluate),
         structure=structure,
         limits=limits,
-        weights=aims.weights(evaluate.response_names),
+        weights=aims.weights(evaluate),
     )
 
 

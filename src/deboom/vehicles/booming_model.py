@@ -25,6 +25,7 @@ from deboom.vehicles.fleet import Fleet, PathContributions, path_contributions
 from deboom.vehicles.kernels import Case, LevelSum, PullBack, level_sum
 from deboom.vehicles.path_analysis import PathAnalysis
 from deboom.vehicles.powertrain import KinematicModel, Powertrain
+from deboom.vehicles.receivers import EAR, Receiver
 
 PART_SUFFIX = " part"
 """What the name of a part's number adds to that of its mount."""
@@ -59,6 +60,8 @@ class BoomingModel:
     loss_factors : bool
         Whether the cases are split into elastic and lossy parts: designs are stiffness factors x,
         then loss factors y, and the parts have the factors x and x y.
+    receivers : sequence of Receiver, optional
+        Receiver of each response; by default the ears of the vehicles.
     compiled : bool, optional
         Whether compiled loops sum the levels; otherwise numpy does, as a reference, in 27 times
         the time with coupled motion and 178 times with amplitude-dependent stiffness.
@@ -67,7 +70,8 @@ class BoomingModel:
     ------
     InputError
         Weights that are negative or all zero, load cases that differ in vehicles, lines or
-        variables, or a line to which no path of a vehicle contributes.
+        variables, or a line to which no path of a vehicle contributes; another number of receivers
+        than of responses.
 
     Notes
     -----
@@ -90,11 +94,10 @@ class BoomingModel:
     'TSM x'
     """
 
-    response_unit = "dB(A)"
-
     cases: tuple[Case, ...]
     weights: tuple[float, ...]
     loss_factors: bool = False
+    receivers: tuple[Receiver, ...] = ()
     compiled: bool = True
     _level_sums: tuple[LevelSum, ...] = field(init=False, repr=False)
     _one_pascal: float = field(init=False, repr=False)
@@ -110,10 +113,17 @@ class BoomingModel:
         for case in cases:
             _check_same_axes(case, cases[0])
             _refuse_silent_lines(case)
+        n_responses = len(cases[0].vehicle_names)
+        receivers = tuple(self.receivers) or (EAR,) * n_responses
+        if len(receivers) != n_responses:
+            raise InputError(
+                f"{len(receivers)} receivers of {n_responses} responses: give one of each"
+            )
         sums = [level_sum(case, compiled=self.compiled) for case in cases]
         lines = cases[0].frequency
         one_pascal = sound_level.splv(sound_level.spl(np.ones(lines.size), lines))
         object.__setattr__(self, "cases", cases)
+        object.__setattr__(self, "receivers", receivers)
         object.__setattr__(self, "weights", tuple(weight for _, weight in used))
         object.__setattr__(self, "_level_sums", tuple(sums))
         object.__setattr__(self, "_one_pascal", float(one_pascal))
@@ -160,8 +170,20 @@ class BoomingModel:
 
     @property
     def response_names(self) -> tuple[str, ...]:
-        """Names of the vehicles."""
+        """Names of the vehicles; of further receivers such as ``U06-1, seat rail z``."""
         return self.cases[0].vehicle_names
+
+    @property
+    def response_unit(self) -> str:
+        """``dB(A)``; with vibrations, the unit of each response."""
+        units = [receiver.level_unit for receiver in self.receivers]
+        return units[0] if len(set(units)) == 1 else ", ".join(units)
+
+    @property
+    def response_weights(self) -> RealArray | None:
+        """Weights of the receivers in sums, 0 of vibrations, (v,) [1]; None: all alike."""
+        weights = np.array([each.weight * each.is_sound for each in self.receivers])
+        return None if np.all(weights == 1.0) else weights
 
     @property
     def n_lines(self) -> int:
@@ -172,7 +194,8 @@ class BoomingModel:
         """Return SPLV of each design in each vehicle.
 
         - `designs` (n, k): stiffness factors, then loss factors if there are any [1].
-        - returns (n, v): [dB(A)]; minus infinity where a design silences a line completely.
+        - returns (n, v): [dB(A), `Receiver.level_unit` of vibrations]; minus infinity where a
+          design silences a line completely.
         - raises InputError: designs of another shape, or not finite.
         """
         factors = self.case_factors(designs)
@@ -216,20 +239,28 @@ class BoomingModel:
             summed.compile_slopes()
 
     def pressure(self, designs: npt.ArrayLike, load_case: str | None = None) -> ComplexArray:
-        """Return the pressure at the ears in one load case.
+        """Return the pressure at the ears, and the motion at other receivers, in one load case.
 
         - `designs` (n, k): stiffness factors, then loss factors if there are any [1].
         - `load_case`, optional: name of the load case; by default the first one.
-        - returns (n, v, f): complex peak amplitudes [Pa].
+        - returns (n, v, f): complex peak amplitudes, unweighted [Pa; m/s², m/s or m of
+          vibrations].
         - raises InputError: a load case that does not count here; designs of another shape, or not
           finite.
         """
-        return self._case(load_case).pressure(self.case_factors(designs))
+        pressure = self._case(load_case).pressure(self.case_factors(designs))
+        for response, receiver in enumerate(self.receivers):
+            if not receiver.is_sound:
+                pressure[:, response] /= receiver.pressure_of_same_level(self.frequency)
+        return pressure
 
     def paths(
         self, design: npt.ArrayLike, vehicle: str, load_case: str | None = None
     ) -> PathAnalysis:
-        """Split the pressure in one vehicle into the contributions of the mounts' directions.
+        """Split a response into the contributions of the mounts' directions.
+
+        That of a vibration is told as the pressure of the same level,
+        `Receiver.pressure_of_same_level`.
 
         - `design` (k,): stiffness factors, then loss factors if there are any [1].
         - `vehicle`: one of the responses.
@@ -261,11 +292,13 @@ class BoomingModel:
         return self.cases[names.index(load_case) if load_case is not None else 0]
 
     def levels(self, designs: npt.ArrayLike, load_case: str | None = None) -> RealArray:
-        """Return the sound pressure level of every line in one load case, see `pressure`.
+        """Return the level of every line in one load case, see `pressure`.
 
-        - returns (n, v, f): [dB(A)]; the sum over the lines is SPLV in that load case.
+        - returns (n, v, f): [dB(A), `Receiver.level_unit` of vibrations]; the sum over the lines is
+          SPLV in that load case.
         """
-        return sound_level.spl(self.pressure(designs, load_case), self.frequency, axis=-1)
+        pressure = self._case(load_case).pressure(self.case_factors(designs))
+        return sound_level.spl(pressure, self.frequency, axis=-1)
 
     def gradient(self, designs: npt.ArrayLike) -> RealArray:
         """Return the derivative of SPLV by each factor.
@@ -340,7 +373,7 @@ def booming_model(
     Parameters
     ----------
     fleet : Fleet
-        One response per vehicle.
+        One response per receiver.
     mounts : sequence of Mount
         Three design variables per mount.
     load_cases : sequence of (LoadCase, weight)
@@ -405,7 +438,8 @@ def booming_model(
             cases.append(amplitude_motion(coupled, surfaces, load_case, settling, follow=follow))
         else:
             cases.append(coupled.with_loss_factors() if loss_factors else coupled)
-    return BoomingModel(tuple(cases), tuple(weight for _, weight in load_cases), loss_factors)
+    weights = tuple(weight for _, weight in load_cases)
+    return BoomingModel(tuple(cases), weights, loss_factors, fleet.receivers)
 
 
 def model_of_other_data(
@@ -453,8 +487,6 @@ class CatalogueModel:
     - `n_parts`: number of parts for each mount.
     """
 
-    response_unit = "dB(A)"
-
     mounts: tuple[Mount, ...]
     models: tuple[BoomingModel, ...]
     n_parts: tuple[int, ...]
@@ -469,6 +501,16 @@ class CatalogueModel:
     def response_names(self) -> tuple[str, ...]:
         """Names of the vehicles."""
         return self.models[0].response_names
+
+    @property
+    def response_unit(self) -> str:
+        """Unit of the responses."""
+        return self.models[0].response_unit
+
+    @property
+    def receivers(self) -> tuple[Receiver, ...]:
+        """Receiver of each response."""
+        return self.models[0].receivers
 
     @property
     def n_lines(self) -> int:

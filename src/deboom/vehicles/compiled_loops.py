@@ -115,14 +115,19 @@ class FlexibleTables(NamedTuple):
 
     - `variables` (s,): design variable of each spring.
     - `compliance` (f, s): of each spring at factor 1 [m/N].
-    - `joined` (f, v, s, s + 2, 2): receptance of powertrain, wheel ends and body together [m/N],
-      below it displacements at the springs without springs [m] and transfer functions, scaled to a
-      pressure of about 1; real and imaginary part.
+    - `joined` (f, b, s, s + 2, 2): receptance of powertrain, wheel ends and body together [m/N],
+      below it displacements at the springs without springs [m] and transfer functions to the first
+      response in the body, scaled to a pressure of about 1; real and imaginary part.
+    - `further` (f, v, s, 2): transfer functions to every response, likewise; empty where each body
+      has one.
+    - `first` (b + 1,): number of the first response in each body, and of all of them.
     """
 
     variables: IntArray
     compliance: ComplexArray
     joined: RealArray
+    further: RealArray
+    first: IntArray
 
 
 @lru_cache
@@ -293,8 +298,12 @@ def coupled_loop(
 
 
 @lru_cache
-def flexible_loop(n_springs: int, lanes: int, *, with_slopes: bool) -> Callable[..., None]:
+def flexible_loop(
+    n_springs: int, lanes: int, *, with_slopes: bool, with_further: bool
+) -> Callable[..., None]:
     """Return the loop for coupled motion with the receptance of every body, and perhaps its slopes.
+
+    Further responses in a body take the solution of the first one.
 
     It reads factors (chunk, k, lane) and `FlexibleTables`, and writes as `prescribed_loop` does.
     With slopes it writes ``Σ_f Re(∂p_f/∂x_k / p_f)`` to `slopes` (chunk, v, k, lane), too, which it
@@ -305,10 +314,12 @@ def flexible_loop(n_springs: int, lanes: int, *, with_slopes: bool) -> Callable[
     ``∂p/∂x_i = t_i g_i / (x_i² K_i)``: values and slopes come from the same elimination.
     """
     n_entries = n_springs * (n_springs + 5) // 2
+    keep, n_vectors = with_slopes or with_further, 2 if with_slopes else 1
 
     @_compile
     def run(factors, tables, products, slopes, trusted):  # type: ignore[no-untyped-def]
-        n_lines, n_vehicles = tables.joined.shape[:2]
+        n_lines, n_bodies = tables.joined.shape[:2]
+        n_vehicles = products.shape[1]
         inverse_factor = np.empty((n_springs, lanes))
         flexibility = np.empty((n_springs, 2, lanes))
         z = np.empty((n_entries, 2, lanes))
@@ -327,8 +338,9 @@ def flexible_loop(n_springs: int, lanes: int, *, with_slopes: bool) -> Callable[
             _invert_factors(factors[chunk], tables.variables, inverse_factor, lanes)
             for line in range(n_lines):
                 _give_way(tables.compliance[line], inverse_factor, flexibility, lanes)
-                for vehicle in range(n_vehicles):
-                    joined = tables.joined[line, vehicle]
+                for body in range(n_bodies):
+                    joined = tables.joined[line, body]
+                    vehicle = tables.first[body]
                     _eliminate(
                         joined,
                         flexibility,
@@ -338,7 +350,7 @@ def flexible_loop(n_springs: int, lanes: int, *, with_slopes: bool) -> Callable[
                         first,
                         pressure,
                         n_springs,
-                        with_slopes,
+                        keep,
                         lanes,
                     )
                     for lane in range(lanes):
@@ -348,18 +360,47 @@ def flexible_loop(n_springs: int, lanes: int, *, with_slopes: bool) -> Callable[
                         if with_slopes:
                             inverse[0, lane] = real / square
                             inverse[1, lane] = -imag / square
-                    if not with_slopes:
+                    if not keep:
                         continue
-                    _substitute_back(joined, z, first, solved, n_springs, lanes)
-                    for s in range(n_springs):
-                        slope = slopes[chunk, vehicle, tables.variables[s]]
+                    _substitute_back(joined, z, first, solved, n_springs, n_vectors, lanes)
+                    if with_slopes:
+                        _add_slopes(
+                            slopes[chunk, vehicle],
+                            tables.variables,
+                            solved,
+                            flexibility,
+                            inverse_factor,
+                            inverse,
+                            lanes,
+                        )
+                    if not with_further:
+                        continue
+                    for other in range(vehicle + 1, tables.first[body + 1]):
+                        heard = tables.further[line, other]
                         for lane in range(lanes):
-                            both = complex(solved[s, 0, 0, lane], solved[s, 0, 1, lane]) * complex(
-                                solved[s, 1, 0, lane], solved[s, 1, 1, lane]
+                            real = imag = 0.0
+                            for s in range(n_springs):
+                                real += heard[s, 0] * solved[s, 0, 0, lane]
+                                real -= heard[s, 1] * solved[s, 0, 1, lane]
+                                imag += heard[s, 0] * solved[s, 0, 1, lane]
+                                imag += heard[s, 1] * solved[s, 0, 0, lane]
+                            square = real * real + imag * imag
+                            product[other, lane] *= square
+                            inverse[0, lane] = real / square
+                            inverse[1, lane] = -imag / square
+                        if with_slopes:
+                            _solve_again(
+                                joined, z, pair, first, heard, solved, scaled, n_springs, lanes
                             )
-                            both *= complex(flexibility[s, 0, lane], flexibility[s, 1, lane])
-                            of_level = both.real * inverse[0, lane] - both.imag * inverse[1, lane]
-                            slope[lane] += inverse_factor[s, lane] * of_level
+                            _add_slopes(
+                                slopes[chunk, other],
+                                tables.variables,
+                                solved,
+                                flexibility,
+                                inverse_factor,
+                                inverse,
+                                lanes,
+                            )
                 if (line + 1) % GROUP == 0 or line + 1 == n_lines:
                     for vehicle in range(n_vehicles):
                         stored = products[chunk, vehicle, line // STORED]
@@ -494,12 +535,85 @@ def _eliminate(  # type: ignore[no-untyped-def]
 
 
 @_helper
-def _substitute_back(joined, z, first, solved, n_springs, lanes):  # type: ignore[no-untyped-def]
-    """Write ``A⁻¹ u`` and ``A⁻¹ Y`` of every spring, from what `_eliminate` kept."""
+def _add_slopes(  # type: ignore[no-untyped-def]
+    slopes, variables, solved, flexibility, inverse_factor, inverse, lanes
+):
+    """Add ``Re(t g / (x² K) / p)`` of every spring to the slope by its variable."""
+    for s in range(variables.size):
+        slope = slopes[variables[s]]
+        for lane in range(lanes):
+            both = complex(solved[s, 0, 0, lane], solved[s, 0, 1, lane]) * complex(
+                solved[s, 1, 0, lane], solved[s, 1, 1, lane]
+            )
+            both *= complex(flexibility[s, 0, lane], flexibility[s, 1, lane])
+            of_level = both.real * inverse[0, lane] - both.imag * inverse[1, lane]
+            slope[lane] += inverse_factor[s, lane] * of_level
+
+
+@_helper
+def _solve_again(  # type: ignore[no-untyped-def]
+    joined, z, pair, first, heard, solved, left, n_springs, lanes
+):
+    """Write ``A⁻¹ Y`` of another response to `solved`, from what `_eliminate` kept.
+
+    `left` holds what is left of Y while springs are eliminated.
+    """
+    for s in range(n_springs):
+        left[0, s, 0], left[0, s, 1] = heard[s, 0], heard[s, 1]
+    for pivot in range(n_springs):
+        has_partner = pivot % 2 == 0 or pivot + 1 < n_springs
+        for lane in range(lanes):
+            of_pivot = complex(left[0, pivot, 0, lane], left[0, pivot, 1, lane])
+            if pivot == 0:
+                inverse = complex(first[0, lane], first[1, lane])
+            elif has_partner:
+                row = pair[1 - pivot % 2, pivot]
+                inverse = complex(row[0, lane], row[1, lane])
+            else:
+                row = z[_at(pivot, pivot, n_springs)]
+                inverse = _inverse(row[0, lane], row[1, lane])
+            share = of_pivot * inverse
+            solved[pivot, 1, 0, lane], solved[pivot, 1, 1, lane] = share.real, share.imag
+        for row in range(pivot + 1, n_springs):
+            for lane in range(lanes):
+                if pivot == 0:
+                    part = complex(joined[0, row, 0], joined[0, row, 1]) * complex(
+                        solved[0, 1, 0, lane], solved[0, 1, 1, lane]
+                    )
+                else:
+                    factor = z[_at(pivot, row, n_springs)]
+                    part = complex(factor[0, lane], factor[1, lane]) * complex(
+                        left[0, pivot, 0, lane], left[0, pivot, 1, lane]
+                    )
+                left[0, row, 0, lane] -= part.real
+                left[0, row, 1, lane] -= part.imag
+    for down in range(n_springs):
+        pivot = n_springs - 1 - down
+        goal = solved[pivot, 1]
+        for row in range(pivot + 1, n_springs):
+            for lane in range(lanes):
+                below = complex(solved[row, 1, 0, lane], solved[row, 1, 1, lane])
+                if pivot == 0:
+                    part = complex(joined[0, row, 0], joined[0, row, 1]) * complex(
+                        first[0, lane], first[1, lane]
+                    )
+                else:
+                    factor = z[_at(pivot, row, n_springs)]
+                    part = complex(factor[0, lane], factor[1, lane])
+                part *= below
+                goal[0, lane] -= part.real
+                goal[1, lane] -= part.imag
+
+
+@_helper
+def _substitute_back(  # type: ignore[no-untyped-def]
+    joined, z, first, solved, n_springs, n_vectors, lanes
+):
+    """Write ``A⁻¹ u``, and of two vectors ``A⁻¹ Y``, from what `_eliminate` kept."""
     for down in range(n_springs):
         pivot = n_springs - 1 - down
         goal = solved[pivot]
-        for vector in range(2):
+        for vector in range(n_vectors):
             if pivot == 0:
                 real, imag = joined[0, n_springs + vector, 0], joined[0, n_springs + vector, 1]
                 goal[vector, 0], goal[vector, 1] = real, imag
@@ -509,7 +623,7 @@ def _substitute_back(joined, z, first, solved, n_springs, lanes):  # type: ignor
             below = solved[row]
             if pivot == 0:
                 part = complex(joined[0, row, 0], joined[0, row, 1])
-                for vector in range(2):
+                for vector in range(n_vectors):
                     for lane in range(lanes):
                         goal[vector, 0, lane] -= (
                             part.real * below[vector, 0, lane] - part.imag * below[vector, 1, lane]
@@ -522,13 +636,14 @@ def _substitute_back(joined, z, first, solved, n_springs, lanes):  # type: ignor
                 for lane in range(lanes):
                     share = complex(factor[0, lane], factor[1, lane])
                     g = share * complex(below[0, 0, lane], below[0, 1, lane])
-                    t = share * complex(below[1, 0, lane], below[1, 1, lane])
                     goal[0, 0, lane] -= g.real
                     goal[0, 1, lane] -= g.imag
-                    goal[1, 0, lane] -= t.real
-                    goal[1, 1, lane] -= t.imag
+                    if n_vectors > 1:
+                        t = share * complex(below[1, 0, lane], below[1, 1, lane])
+                        goal[1, 0, lane] -= t.real
+                        goal[1, 1, lane] -= t.imag
         if pivot == 0:
-            for vector in range(2):
+            for vector in range(n_vectors):
                 for lane in range(lanes):
                     moved = complex(first[0, lane], first[1, lane]) * complex(
                         goal[vector, 0, lane], goal[vector, 1, lane]

@@ -46,8 +46,8 @@ class Body:
     - `stiffness` (f, s): complex dynamic stiffness of each spring at factor 1 [N/m].
     - `load` (f, q): external load [N, N m].
     - `variables` (s,): design variable that scales each spring.
-    - `transfer` (v, f, s): force of each spring to pressure; zero where an axis does not transmit
-      [Pa/N].
+    - `transfer` (v, f, s): force of each spring to the pressure of each response; zero where an
+      axis does not transmit [Pa/N].
     """
 
     mass_matrix: RealArray
@@ -82,7 +82,8 @@ class CoupledMotion:
     - `load_case`: name of the load case.
     - `frequency` (f,): lines of the band [Hz].
     - `bodies`: powertrain, then wheel ends.
-    - `vehicle_names`, `variable_names`: names of vehicles and design variables.
+    - `vehicle_names`, `variable_names`: names of responses, each of a receiver in a vehicle, and of
+      design variables.
     """
 
     load_case: str
@@ -149,9 +150,9 @@ class CoupledMotion:
         displacement = self.displacement(springs)
         return springs * displacement
 
-    def force_in(self, designs: RealArray, vehicle: int) -> ComplexArray:
-        """Return the force of every spring of designs (n, k) in one vehicle, (n, f, s) [N]."""
-        del vehicle  # bodies at rest are alike
+    def force_in(self, designs: RealArray, response: int) -> ComplexArray:
+        """Return the force of every spring of designs (n, k) for one response, (n, f, s) [N]."""
+        del response  # bodies at rest are alike
         return self.force(designs)
 
     def pressure(self, designs: RealArray) -> ComplexArray:
@@ -255,18 +256,20 @@ class CoupledMotion:
             first += body.variables.size
 
 
-@checked(frequency="f", receptance="v f s s")
+@checked(frequency="f", receptance="b f s s", body_of="v")
 class FlexibleMotion(CoupledMotion):
     """Coupled motion whose springs stand on a body that gives way.
 
-    - `receptance` (v, f, s, s): displacement of each body at every spring per force of every
+    - `receptance` (b, f, s, s): displacement of each body at every spring per force of every
       spring, along the springs, and on the diagonal what brackets give way besides [m/N].
+    - `body_of` (v,): number of the body in which each response is heard.
 
     Loads are those of `CoupledMotion`: what keeps the measured motion going on a body at rest, such
     as a bench. Each vehicle moves on its own, so forces are those in one vehicle.
     """
 
     receptance: ComplexArray
+    body_of: IntArray
 
     @cached_property
     def source(self) -> ComplexArray:
@@ -287,12 +290,14 @@ class FlexibleMotion(CoupledMotion):
         ]
         return np.asarray(-np.hstack(moved) / self.angular_frequency_squared[:, np.newaxis])
 
-    def force_in(self, designs: RealArray, vehicle: int) -> ComplexArray:
-        """Return the force of every spring on one body for designs (n, k), (n, f, s) [N].
+    def force_in(self, designs: RealArray, response: int) -> ComplexArray:
+        """Return the force of every spring on the body of a response for designs (n, k).
+
+        - returns (n, f, s) [N].
 
         ``(diag(1/(x K)) + Y_S + Y_B) g = u_free``.
         """
-        joined = self._joined(designs, vehicle)
+        joined = self._joined(designs, int(self.body_of[response]))
         return np.asarray(np.linalg.solve(joined, self.free[..., np.newaxis])[..., 0])
 
     def pressure(self, designs: RealArray) -> ComplexArray:
@@ -300,9 +305,11 @@ class FlexibleMotion(CoupledMotion):
         pressure = np.empty((len(designs), *self.transfer.shape[:2]), dtype=complex)
         transfer = self.transfer
         for rows in _blocks(len(designs)):
-            for vehicle, heard in enumerate(transfer):
-                force = self.force_in(designs[rows], vehicle)
-                pressure[rows, vehicle] = np.einsum("dfs,fs->df", force, heard)
+            for responses in self._of_bodies():
+                force = self.force_in(designs[rows], responses[0])
+                for response in responses:
+                    heard = np.einsum("dfs,fs->df", force, transfer[response])
+                    pressure[rows, response] = heard
         return pressure
 
     def weighted_gradient(self, designs: RealArray, factor: ComplexArray) -> RealArray:
@@ -317,7 +324,8 @@ class FlexibleMotion(CoupledMotion):
             scale = compliance / designs[rows][:, np.newaxis, self.variables] ** 2
             for vehicle, heard in enumerate(transfer):
                 right = np.stack([self.free, heard], axis=-1)
-                solved = np.linalg.solve(self._joined(designs[rows], vehicle), right)
+                joined = self._joined(designs[rows], int(self.body_of[vehicle]))
+                solved = np.linalg.solve(joined, right)
                 slope = solved[..., 0] * solved[..., 1] * scale
                 by_spring = np.einsum("df,dfi->di", factor[rows, vehicle], slope).real
                 for column, variable in enumerate(self.variables):
@@ -327,7 +335,8 @@ class FlexibleMotion(CoupledMotion):
     def at_lines(self, lines: IntArray) -> FlexibleMotion:
         """Return the equations of motion of some lines only."""
         rigid = CoupledMotion(**vars_of(self)).at_lines(lines)
-        return FlexibleMotion(**vars_of(rigid), receptance=self.receptance[:, lines])
+        receptance = self.receptance[:, lines]
+        return FlexibleMotion(**vars_of(rigid), receptance=receptance, body_of=self.body_of)
 
     def with_loss_factors(self) -> FlexibleMotion:
         """Split every spring into ``x K' + z j K''``, as a function of (x, z)."""
@@ -337,13 +346,18 @@ class FlexibleMotion(CoupledMotion):
             order += [*columns, *columns]
             first += body.variables.size
         both = self.receptance[:, :, order][..., order]
-        return FlexibleMotion(**vars_of(rigid), receptance=both)
+        return FlexibleMotion(**vars_of(rigid), receptance=both, body_of=self.body_of)
 
-    def _joined(self, designs: RealArray, vehicle: int) -> ComplexArray:
+    def _of_bodies(self) -> list[list[int]]:
+        """Return the numbers of the responses in each body that has any."""
+        of_bodies = [np.flatnonzero(self.body_of == body) for body in range(len(self.receptance))]
+        return [responses.tolist() for responses in of_bodies if responses.size]
+
+    def _joined(self, designs: RealArray, body: int) -> ComplexArray:
         """Return ``diag(1/(x K)) + Y_S + Y_B`` of designs (n, k), shape (n, f, s, s) [m/N]."""
         compliance = 1.0 / self.springs(designs)
         springs = np.eye(self.variables.size) * compliance[..., np.newaxis]
-        return np.asarray(springs + (self.source + self.receptance[vehicle]))
+        return np.asarray(springs + (self.source + self.receptance[body]))
 
 
 def vars_of(motion: CoupledMotion) -> dict[str, Any]:
@@ -451,7 +465,7 @@ def coupled_motion(
         load_case=load_case.name,
         frequency=frequency,
         bodies=(body(_of_powertrain(mounts), powertrain.mass_matrix), *wheel_ends),
-        vehicle_names=fleet.names,
+        vehicle_names=fleet.response_names,
         variable_names=tuple(variables),
     )
     rubber = np.array([mount.rubber.factor if mount.rubber else 1.0 for mount in mounts])
@@ -470,7 +484,8 @@ def coupled_motion(
         share = spring_shares(mounts, paths)
         joined += share @ receptance @ share.T
     joined[..., np.arange(n_spring), np.arange(n_spring)] += brackets
-    return FlexibleMotion(**vars_of(motion), receptance=joined)
+    body_of = np.array(fleet.vehicle_of)
+    return FlexibleMotion(**vars_of(motion), receptance=joined, body_of=body_of)
 
 
 def spring_shares(mounts: Sequence[Mount], paths: Sequence[str]) -> RealArray:

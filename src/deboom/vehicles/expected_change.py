@@ -370,6 +370,7 @@ class _Draws:
     - `of_model`, `on_fewer` (2, n, v): changes of the model on all lines, and on those of the
       draws, see `_changes` [dB].
     - `own_design`: numbers of picks and vehicles, where each vehicle has a design of its own.
+    - `vehicle_of`: number of the vehicle of each response.
     """
 
     bodies: _Bodies
@@ -379,6 +380,7 @@ class _Draws:
     of_model: RealArray
     on_fewer: RealArray
     own_design: tuple[int, int] | None
+    vehicle_of: tuple[int, ...]
     seed: int
 
     @classmethod
@@ -418,12 +420,13 @@ class _Draws:
         on_fewer = [levels[..., lines] for levels in of_model]
         return cls(
             bodies=_Bodies.of(fleet, mounts, model.frequency[lines], information),
-            measured=[_cases_of(other, designs, lines) for other in again],
+            measured=[_cases_of(other, fleet, designs, lines) for other in again],
             mounts=mounts,
             weights=model.weights,
             of_model=_changes(of_model, model.weights),
             on_fewer=_changes(on_fewer, model.weights),
             own_design=(each.shape[0], each.shape[1]) if each.ndim > 2 else None,
+            vehicle_of=fleet.vehicle_of,
             seed=seed,
         )
 
@@ -455,7 +458,7 @@ class _Draws:
         if self.own_design is None:
             return changes
         shape = (*changes.shape[:-2], *self.own_design, changes.shape[-1])
-        return np.asarray(changes.reshape(shape).diagonal(axis1=-2, axis2=-1))
+        return changes.reshape(shape)[..., self.vehicle_of, np.arange(len(self.vehicle_of))]
 
 
 def known_of_body(vehicle: Vehicle) -> Information:
@@ -466,7 +469,7 @@ def known_of_body(vehicle: Vehicle) -> Information:
     return Information.driving_points if points else Information.receptances
 
 
-def _cases_of(model: Model, designs: RealArray, lines: IntArray) -> list[_Case]:
+def _cases_of(model: Model, fleet: Fleet, designs: RealArray, lines: IntArray) -> list[_Case]:
     """Return the load cases on some lines, with the springs of designs and of the parts in them."""
     today, cases = _with_todays_parts(model), []
     sets = [(np.arange(len(designs)), today, designs)]
@@ -479,7 +482,8 @@ def _cases_of(model: Model, designs: RealArray, lines: IntArray) -> list[_Case]:
             moved = of_parts.cases[number]
             assert isinstance(moved, CoupledMotion)
             springs[rows] = moved.at_lines(lines).springs(of_parts.case_factors(factors))
-        cases.append(_Case.of(case.at_lines(lines), springs, loss_factors=today.loss_factors))
+        at_lines, loss = case.at_lines(lines), today.loss_factors
+        cases.append(_Case.of(at_lines, springs, fleet, loss_factors=loss))
     return cases
 
 
@@ -551,9 +555,12 @@ class _Case:
     mounts: tuple[str, ...]
 
     @classmethod
-    def of(cls, case: CoupledMotion, of_designs: ComplexArray, *, loss_factors: bool) -> _Case:
+    def of(
+        cls, case: CoupledMotion, of_designs: ComplexArray, fleet: Fleet, *, loss_factors: bool
+    ) -> _Case:
         """Take the motion of a model's case, and join elastic and lossy springs of a direction.
 
+        - `fleet`: vehicles of the case.
         - `of_designs` (n, f, s): stiffness of the case's springs in every design [N/m].
         """
         bodies, springs, first = [], [], 0
@@ -574,8 +581,10 @@ class _Case:
             bodies.append(body)
             springs.append(of_body)
         rigid = CoupledMotion(**vars_of(case) | {"bodies": tuple(bodies)})
-        shape = (len(case.vehicle_names), case.frequency.size, *[rigid.variables.size] * 2)
-        motion = FlexibleMotion(**vars_of(rigid), receptance=np.zeros(shape, dtype=complex))
+        n_springs, body_of = rigid.variables.size, np.array(fleet.vehicle_of)
+        shape = (len(fleet.vehicles), case.frequency.size, n_springs, n_springs)
+        receptance = np.zeros(shape, dtype=complex)
+        motion = FlexibleMotion(**vars_of(rigid), receptance=receptance, body_of=body_of)
         names = tuple(case.variable_names[k].rpartition(" ")[0] for k in rigid.variables)
         return cls(motion, np.concatenate(springs, axis=-1), rigid.nominal_amplitude, names)
 
@@ -598,7 +607,7 @@ class _Case:
             reached = np.abs(force * compliance) / nominal
             softer = np.clip(reached**slopes, *SOFTENING)
             force = _forces(rest[:, :, number], motion.free.T, compliance * softer)
-            at = slice(None) if len(bodies) == 1 else slice(number, number + 1)
+            at = motion.body_of == number if len(bodies) > 1 else slice(None)
             pressure[:, at] = np.einsum("snf,vfs->nvf", force, motion.transfer[at])
         return spl(pressure, motion.frequency, axis=-1)
 

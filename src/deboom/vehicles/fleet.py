@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
@@ -15,6 +15,7 @@ from deboom.measurement.channels import Band, Frf, LoadCase, Spectrum, lines_ins
 from deboom.mounts.mount import Mount, in_mount_axes, in_vehicle_axes
 from deboom.physics import transfer_path
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
+from deboom.vehicles.receivers import EAR, Receiver
 
 LOSS_SUFFIX = " loss"
 """What the name of a loss factor adds to that of its stiffness factor."""
@@ -26,7 +27,7 @@ shapes, and the result of a design must not depend on the designs that come with
 
 @dataclass(frozen=True, eq=False)
 class Vehicle:
-    """The receiver: a body with its noise transfer functions to one ear.
+    """A body with its noise transfer functions to one ear, and to further receivers.
 
     - `name`: name, such as ``U06-1``.
     - `group`: body variant or series, such as ``U06``.
@@ -35,14 +36,20 @@ class Vehicle:
     - `receptance`, optional: displacement of the trimmed body at every path per force at every
       path, with the paths as outputs and inputs; the body of None stays at rest [m/N]. Functions
       between different paths that are all 0 are not known: `has_driving_points_alone`.
+    - `ear`: weight and target of that ear, whose response has the vehicle's name.
+    - `receivers`: further ears and vibrating points, each with its functions from the same paths
+      [`Receiver.transfer_unit`].
     - raises InputError: another unit than Pa/N, or not exactly one output; a receptance of other
-      paths or another unit, that is not reciprocal, or that would give energy.
+      paths or another unit, that is not reciprocal, or that would give energy; receivers of one
+      name, or with functions of another unit or to several outputs.
     """
 
     name: str
     group: str
     noise_transfer: Frf
     receptance: Frf | None = None
+    ear: Receiver = EAR
+    receivers: Mapping[Receiver, Frf] = field(default_factory=dict)
 
     __repr__ = short_repr
 
@@ -59,6 +66,23 @@ class Vehicle:
             )
         if self.receptance is not None:
             _check_receptance(self.name, self.receptance, self.noise_transfer.inputs)
+        refuse_doubled([each.name for each in self.transfers], f"receiver of {self.name}")
+        for receiver, frf in self.receivers.items():
+            owner = f"vehicle {self.name}: receiver '{receiver.name}'"
+            if frf.unit != receiver.transfer_unit:
+                raise InputError(
+                    f"{owner} is of {receiver.quantity}, and its functions are in {frf.unit}: "
+                    f"convert them to {receiver.transfer_unit}"
+                )
+            if len(frf.outputs) != 1:
+                raise InputError(
+                    f"{owner} has functions to {list(frf.outputs)}: select() the one that counts"
+                )
+
+    @property
+    def transfers(self) -> dict[Receiver, Frf]:
+        """Functions to every receiver, the ear of `noise_transfer` first."""
+        return {self.ear: self.noise_transfer, **self.receivers}
 
     @property
     def has_driving_points_alone(self) -> bool:
@@ -219,6 +243,27 @@ class Fleet:
         """Name of each vehicle."""
         return tuple(vehicle.name for vehicle in self.vehicles)
 
+    @property
+    def receivers(self) -> tuple[Receiver, ...]:
+        """Receiver of each response: those of the first vehicle, then those of the next."""
+        return tuple(receiver for vehicle in self.vehicles for receiver in vehicle.transfers)
+
+    @property
+    def response_names(self) -> tuple[str, ...]:
+        """Name of each response, that of its vehicle or such as ``U06-1, seat rail z``."""
+        return tuple(
+            receiver.response_name(vehicle.name)
+            for vehicle in self.vehicles
+            for receiver in vehicle.transfers
+        )
+
+    @property
+    def vehicle_of(self) -> tuple[int, ...]:
+        """Number of the vehicle of each response."""
+        return tuple(
+            number for number, vehicle in enumerate(self.vehicles) for _ in vehicle.transfers
+        )
+
     def group(self, *names: str) -> Fleet:
         """Return the vehicles of one group or several, in the fleet's order.
 
@@ -241,7 +286,8 @@ class PathContributions:
     - `frequency` (f,): lines of the band [Hz].
     - `values` (v, f, k): pressure per design variable; exactly zero where an axis does not
       transmit [Pa].
-    - `vehicle_names`, `variable_names`: names of the first and of the last axis.
+    - `vehicle_names`, `variable_names`: names of the first and of the last axis: responses, each of
+      a receiver in a vehicle, and design variables.
 
     The pressure of a design x is ``p_vf = Σ_k C_vfk x_k`` with the values C: thesis, eq. 12 and 13.
     """
@@ -403,7 +449,7 @@ def path_contributions(
     inside = lines_inside(forces.frequency, band, f"load case {load_case.name}")
     frequency = forces.frequency[inside]
     columns = [names.index(variable) for variable, _ in paths_into(mounts, inputs).values()]
-    values = np.zeros((len(fleet.vehicles), frequency.size, len(names)), dtype=complex)
+    values = np.zeros((len(fleet.receivers), frequency.size, len(names)), dtype=complex)
     transfer = path_transfer(fleet, forces.channels, frequency, band, load_case.name)
     for ear, row in zip(transfer, values, strict=True):
         heard = transfer_path.contributions(ear, forces.values[inside])
@@ -411,7 +457,7 @@ def path_contributions(
             row[:, column] += path
     if any(mount.tilted_pieces for mount in mounts):
         _turn_contributions(values, names, forces.channels, transfer, mounts, load_case, inside)
-    return PathContributions(load_case.name, frequency, values, fleet.names, tuple(names))
+    return PathContributions(load_case.name, frequency, values, fleet.response_names, tuple(names))
 
 
 def spring_transfer(
@@ -463,40 +509,49 @@ def _turn_contributions(
 def path_transfer(
     fleet: Fleet, paths: Sequence[str], frequency: RealArray, band: Band, load_case: str
 ) -> ComplexArray:
-    """Return the noise transfer functions of a fleet on the lines of a load case.
+    """Return the functions to all receivers of a fleet on the lines of a load case.
 
     - `fleet`: each vehicle with exactly these paths.
     - `paths`: ``<mount> <axis>`` or ``<mount> <piece> <axis>``.
     - `frequency` (n_frequency,): lines of the load case inside the band [Hz].
     - `band` (lower, upper): both edges belong to the band [Hz].
     - `load_case`: name of the load case, for messages.
-    - returns (n_vehicle, n_frequency, n_path) [Pa/N].
+    - returns (n_response, n_frequency, n_path): of a vibration the pressure of the same level, see
+      `Receiver.pressure_of_same_level` [Pa/N].
     - raises InputError: paths that a vehicle lacks or has beyond these; lines that differ.
     """
-    values = np.empty((len(fleet.vehicles), frequency.size, len(paths)), dtype=complex)
-    for vehicle, ear in zip(fleet.vehicles, values, strict=True):
-        inputs = vehicle.noise_transfer.inputs
-        missing = [path for path in paths if path not in inputs]
+    values = np.empty((len(fleet.receivers), frequency.size, len(paths)), dtype=complex)
+    transfers = [
+        (vehicle, receiver, frf)
+        for vehicle in fleet.vehicles
+        for receiver, frf in vehicle.transfers.items()
+    ]
+    for (vehicle, receiver, frf), row in zip(transfers, values, strict=True):
+        what = "noise transfer function" if receiver.is_sound else "transfer function"
+        owner = f"vehicle {receiver.response_name(vehicle.name)}"
+        missing = [path for path in paths if path not in frf.inputs]
         if missing:
             raise InputError(
-                f"vehicle {vehicle.name}: no noise transfer function of {missing}, there are "
-                f"{list(inputs)}: measure these paths or take them out of transfer_axes"
+                f"{owner}: no {what} of {missing}, there are "
+                f"{list(frf.inputs)}: measure these paths or take them out of transfer_axes"
             )
-        surplus = [name for name in inputs if name not in paths]
+        surplus = [name for name in frf.inputs if name not in paths]
         if surplus:
             raise InputError(
-                f"vehicle {vehicle.name}: noise transfer functions of {surplus} belong to no "
+                f"{owner}: {what}s of {surplus} belong to no "
                 "transfer axis of the mounts: add the axes to transfer_axes or leave these out"
             )
-        transfer = vehicle.noise_transfer.select(inputs=paths)
-        lines = lines_inside(transfer.frequency, band, f"vehicle {vehicle.name}")
+        transfer = frf.select(inputs=paths)
+        lines = lines_inside(transfer.frequency, band, owner)
         if not np.array_equal(transfer.frequency[lines], frequency):
             raise InputError(
-                f"vehicle {vehicle.name}: its noise transfer functions have other lines than load "
+                f"{owner}: its {what}s have other lines than load "
                 f"case {load_case} between {band[0]:g} and {band[1]:g} Hz: bring both to the same "
                 "lines, nothing is interpolated here"
             )
-        ear[:] = transfer.values[lines, 0, :]
+        row[:] = transfer.values[lines, 0, :]
+        if not receiver.is_sound:
+            row *= receiver.pressure_of_same_level(frequency)[:, np.newaxis]
     return values
 
 

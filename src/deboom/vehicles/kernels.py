@@ -158,7 +158,9 @@ class LevelSum:
         if isinstance(self.case, FlexibleMotion):
             columns = np.arange(designs.shape[1])
             n_springs = self.tables.variables.size
-            run = compiled_loops.flexible_loop(n_springs, lanes, with_slopes=True)
+            run = compiled_loops.flexible_loop(
+                n_springs, lanes, with_slopes=True, with_further=self.tables.further.size > 0
+            )
         else:
             columns = self.columns
             run = compiled_loops.prescribed_slopes_loop(columns.size, lanes)
@@ -210,7 +212,9 @@ class LevelSum:
                 run(factors, self.tables, products, trusted)
             elif isinstance(self.case, FlexibleMotion):
                 n_springs = self.tables.variables.size
-                run = compiled_loops.flexible_loop(n_springs, lanes, with_slopes=False)
+                run = compiled_loops.flexible_loop(
+                    n_springs, lanes, with_slopes=False, with_further=self.tables.further.size > 0
+                )
                 run(factors, self.tables, products, np.empty((0, 0, 0, 0)), trusted)
             else:
                 run = compiled_loops.coupled_loop(*self._loop_sizes, lanes)
@@ -390,17 +394,27 @@ def _flexible_tables(motion: FlexibleMotion, exponents: IntArray) -> Any:
     """Lay out springs on bodies that give way for the compiled loop."""
     from deboom.vehicles.compiled_loops import FlexibleTables
 
-    matrix = motion.source + motion.receptance
-    scaled = motion.transfer * np.ldexp(1.0, -exponents)[..., np.newaxis]
+    # responses in one body follow each other
+    bodies, first = np.unique(motion.body_of, return_index=True)
+    matrix = motion.source + motion.receptance[bodies]
+    every = motion.transfer * np.ldexp(1.0, -exponents)[..., np.newaxis]
+    scaled = every[first]
     below = np.stack([np.broadcast_to(motion.free, scaled.shape), scaled], axis=-1)
     joined = np.moveaxis(np.concatenate([matrix, below], axis=-1), 0, 1)
     tables = FlexibleTables(
         variables=motion.variables,
         compliance=1.0 / motion.stiffness,
-        joined=np.stack([joined.real, joined.imag], axis=-1),
+        joined=_parts(joined),
+        further=_parts(np.moveaxis(every, 0, 1) if len(first) < len(every) else every[:, :0]),
+        first=np.append(first, len(every)),
     )
     copies: list[Any] = [np.array(table, order="C") for table in tables]
     return FlexibleTables(*copies)
+
+
+def _parts(values: ComplexArray) -> RealArray:
+    """Return real and imaginary part side by side, on a further axis."""
+    return np.stack([values.real, values.imag], axis=-1)
 
 
 def _paths(transfer: ComplexArray) -> tuple[IntArray, ComplexArray]:

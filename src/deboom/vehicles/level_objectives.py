@@ -12,8 +12,10 @@ import numpy.typing as npt
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.moments import STATISTICS, Limit, Objective
+from deboom.explore.space import units_of
 from deboom.vehicles.fleet_front import load_cases_of
 
+SOUND_UNIT = "dB(A)"
 TAIL = 0.95
 """Share of all parts below the quantile, and above which the worst parts are [1]."""
 
@@ -29,9 +31,14 @@ class LoudestLine:
     model: Any
     vehicles: tuple[str, ...]
 
-    response_unit = "dB(A)"
     quantity = "loudest line"
     smooth = False
+
+    @property
+    def response_unit(self) -> str:
+        """Unit of the levels of these vehicles."""
+        unit_of = dict(zip(self.model.response_names, level_units(self.model), strict=True))
+        return ", ".join(dict.fromkeys(unit_of[vehicle] for vehicle in self.vehicles))
 
     @property
     def variable_names(self) -> tuple[str, ...]:
@@ -52,6 +59,17 @@ class LoudestLine:
             for case in load_cases_of(self.model)
         ]
         return np.asarray(np.max(cases, axis=0))
+
+
+def level_units(model: Any) -> tuple[str, ...]:
+    """Return the unit of the level of each response of a model."""
+    return units_of(model.response_names, model.response_unit)
+
+
+def ears_of(model: Any) -> tuple[str, ...]:
+    """Return the responses that are sounds: the worst vehicle is one of these."""
+    units = zip(model.response_names, level_units(model), strict=True)
+    return tuple(name for name, unit in units if unit == SOUND_UNIT)
 
 
 PEAK = "peak"
@@ -85,11 +103,12 @@ def level_objective(model: Any, statistic: str, vehicle: str | None = None) -> O
     """Return a number of a vehicle's level over its scatter, to be minimised or limited.
 
     The peak is the mean of the loudest line; all others are of SPLV, the sum over the lines
-    [dB(A)].
+    [unit of the response].
 
     - `model`: of a fleet, with ``levels``.
     - `statistic`: one of `level_statistics`.
-    - `vehicle`: its name; None: the worst vehicle.
+    - `vehicle`: its name, or that of another receiver, such as ``U06-1, seat rail z``; None: the
+      worst ear.
     - raises InputError: no such statistic or vehicle.
     """
     vehicles = tuple(model.response_names)
@@ -102,7 +121,7 @@ def level_objective(model: Any, statistic: str, vehicle: str | None = None) -> O
     plain = Objective(of_levels, worst=vehicle is None, share=TAIL)
     name, whose = plain.name.partition(",")[0], vehicle or "worst vehicle"
     if statistic == PEAK:
-        line = LoudestLine(model, vehicles if vehicle is None else (vehicle,))
+        line = LoudestLine(model, ears_of(model) if vehicle is None else (vehicle,))
         return replace(plain, response=line, label=f"{name} of the loudest line, {whose}")
     unit = "" if plain.rule.is_level else "dB"
     return replace(plain, response=vehicle, unit=unit, label=f"{name} of SPLV, {whose}")
@@ -118,15 +137,15 @@ def level_limits(
 ) -> tuple[Limit, ...]:
     """Return the limits that a vehicle, or every vehicle, keeps a level.
 
-    - `at_most`: mean over the lines, or the loudest line [dB(A); dB of sigma]; ``"today"``: each
-      vehicle's own of today's design.
-    - `vehicle`: its name; None: every vehicle.
+    - `at_most`: mean over the lines, or the loudest line [unit of the response; dB of sigma];
+      ``"today"``: each vehicle's own of today's design.
+    - `vehicle`: its name, or that of another receiver; None: every ear.
     - `source`: who states the limits, such as a file and the place in it.
     - raises InputError: as `level_objective`; a bound of another text.
     """
     of_each: Sequence[str | None] = [vehicle]
     if vehicle is None and isinstance(at_most, str):
-        of_each = tuple(model.response_names)
+        of_each = ears_of(model)
     numbers = [level_objective(model, statistic, name) for name in of_each]
     n_lines = 1
     if statistic != PEAK:

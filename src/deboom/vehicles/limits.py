@@ -53,9 +53,12 @@ _LineCase = PathContributions | CoupledMotion
 class _VehicleLevel:
     """A level of every vehicle with the names of a booming model."""
 
-    response_unit = "dB(A)"
-
     model: BoomingModel
+
+    @property
+    def response_unit(self) -> str:
+        """Unit of the levels, those of the model's responses."""
+        return self.model.response_unit
 
     @property
     def variable_names(self) -> tuple[str, ...]:

@@ -109,8 +109,8 @@ sphinx_gallery_conf = {
     "doc_module": ("deboom",),
 }
 
-ADDRESSES = tomllib.loads((HERE.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-ADDRESSES = ADDRESSES.get("urls", {})
+PROJECT = tomllib.loads((HERE.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+ADDRESSES = PROJECT.get("urls", {})
 """Where source and issues are: a fork states its own."""
 OUTSIDE = {
     "numpy": "https://numpy.org/doc/stable/reference/generated/{}.html",

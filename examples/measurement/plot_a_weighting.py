@@ -4,6 +4,9 @@ A-weighting against the standard
 
 The closed form of IEC 61672-1 beside the table that the standard prints. The table holds at the
 exact mid-band frequencies, 1000 · 10^(n/10) Hz, not at their nominal names.
+
+Data to download:
+:download:`iec_61672_1_2013.csv <../../../tests/data/iec61672-cirrus/iec_61672_1_2013.csv>`.
 """
 
 from pathlib import Path
@@ -14,7 +17,7 @@ import pandas as pd
 
 from deboom.physics.sound_level import a_weighting
 
-DATA = Path("../../tests/data") / "iec61672-cirrus"
+DATA = Path("../../tests/data/iec61672-cirrus")  # or the folder of the files that you downloaded
 
 # %%
 # The table of the standard, and the weighting at exact and at nominal frequencies [dB].

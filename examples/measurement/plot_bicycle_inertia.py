@@ -4,6 +4,12 @@ Inertia of a measured bicycle wheel
 
 Swing tests of two bicycles, published with their deviations: periods as a pendulum and on a
 torsion wire give the inertia of the front wheel. What the authors printed is the judge.
+
+Data to download:
+:download:`BrowserMeasured.txt <../../../tests/data/bicycle-inertia/BrowserMeasured.txt>`,
+:download:`BrowserBenchmark.txt <../../../tests/data/bicycle-inertia/BrowserBenchmark.txt>`,
+:download:`PistaMeasured.txt <../../../tests/data/bicycle-inertia/PistaMeasured.txt>`,
+:download:`PistaBenchmark.txt <../../../tests/data/bicycle-inertia/PistaBenchmark.txt>`.
 """
 
 from pathlib import Path
@@ -13,7 +19,7 @@ import numpy as np
 
 import deboom
 
-DATA = Path("../../tests/data/bicycle-inertia")
+DATA = Path("../../tests/data/bicycle-inertia")  # or the folder of the files that you downloaded
 
 
 def read(name):

@@ -4,6 +4,9 @@ Order spectra of a run-up, beside another code
 
 A Vold-Kalman filter takes the orders 0.5, 1.5 and 3 out of a run-up through a resonance. The
 envelopes that ROTA, another code, found in the same record are its judge.
+
+Data to download:
+:download:`envelopes.csv <../../../tests/data/rota-order/envelopes.csv>`.
 """
 
 from pathlib import Path
@@ -39,9 +42,8 @@ found = vold_kalman(record[:, np.newaxis], phase, rate, np.full(3, 6.0))[:, :, 0
 # %%
 # Every 400th sample of ROTA, away from the ends of the record.
 
-columns = np.genfromtxt(
-    Path("../../tests/data/rota-order/envelopes.csv"), delimiter=",", names=True
-)
+DATA = Path("../../tests/data/rota-order")  # or the folder of the files that you downloaded
+columns = np.genfromtxt(DATA / "envelopes.csv", delimiter=",", names=True)
 rota = np.array([columns[f"re_{q:g}".replace(".", "")] for q in orders])
 rota = rota + 1j * np.array([columns[f"im_{q:g}".replace(".", "")] for q in orders])
 inside = (columns["time_s"] > 1.0) & (columns["time_s"] < 7.0)

@@ -5,6 +5,9 @@ Modes of a measured ruler
 A hammer went along ten lines of a clamped ruler with one accelerometer (data of pydvma). Poles
 that several orders of the polynomial agree on are modes; their ratios are those of a clamped
 beam.
+
+Data to download:
+:download:`npz <../../../tests/data/pydvma-ruler/ruler_ten_lines_0-600Hz.npz>`.
 """
 
 from pathlib import Path
@@ -16,7 +19,7 @@ import deboom
 from deboom.measurement.channels import Frf
 from deboom.physics.frf import FrfForm
 
-DATA = Path("../../tests/data") / "pydvma-ruler"
+DATA = Path("../../tests/data/pydvma-ruler")  # or the folder of the files that you downloaded
 BAND = (20.0, 400.0)
 
 with np.load(DATA / "ruler_ten_lines_0-600Hz.npz") as measured:

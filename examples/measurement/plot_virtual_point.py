@@ -5,6 +5,10 @@ Virtual point of a published rig
 Three triaxial accelerometers around a virtual point (geometry published with pyFBS): how well
 they determine its six motions, and what is left when one of them is turned round on the position
 sheet.
+
+Data to download:
+:download:`sensors_AB.csv <../../../tests/data/pyfbs-published/sensors_AB.csv>`,
+:download:`virtual_point_1.csv <../../../tests/data/pyfbs-published/virtual_point_1.csv>`.
 """
 
 from pathlib import Path
@@ -19,7 +23,7 @@ from deboom.measurement.virtual_point import sensor_geometry
 from deboom.physics.dynamic_stiffness import force_at_virtual_point
 from deboom.physics.rigid_body import point_acceleration, shift_load
 
-DATA = Path("../../tests/data") / "pyfbs-published"
+DATA = Path("../../tests/data/pyfbs-published")  # or the folder of the files that you downloaded
 PLACE = ["x_mm", "y_mm", "z_mm"]
 
 sheet = pd.read_csv(DATA / "sensors_AB.csv", index_col="name").loc[["S3", "S4", "S5"], PLACE] / 1e3

@@ -22,9 +22,11 @@ results = Path(tempfile.mkdtemp())
 
 
 def terminal(command):
-    """Carry out a command of deboom; return the last line of its output, a path."""
+    """Type a command of deboom, show what it prints, and return its last line: a file or folder."""
     arguments = [sys.executable, "-m", "deboom", *shlex.split(command)]
     done = subprocess.run(arguments, capture_output=True, text=True, check=True)
+    typed = f"$ deboom {command}\n{done.stdout.rstrip()}"
+    print(typed.replace(str(results), "results"))
     return done.stdout.rstrip().splitlines()[-1]
 
 

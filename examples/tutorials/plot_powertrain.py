@@ -24,9 +24,11 @@ results = Path(tempfile.mkdtemp())
 
 
 def terminal(command):
-    """Carry out a command of deboom; return the last line of its output."""
+    """Type a command of deboom, show what it prints, and return its last line: a file or folder."""
     arguments = [sys.executable, "-m", "deboom", *shlex.split(command)]
     done = subprocess.run(arguments, capture_output=True, text=True, check=True)
+    typed = f"$ deboom {command}\n{done.stdout.rstrip()}"
+    print(typed.replace(str(results), "results").replace(str(DEMONSTRATION), "u06"))
     return done.stdout.rstrip().splitlines()[-1]
 
 
@@ -36,7 +38,7 @@ def terminal(command):
 # to fill in, and `deboom check` holds what it states against its data.
 
 print(*sorted(path.name for path in DEMONSTRATION.iterdir()), sep="\n")
-print(terminal(f"check {DEMONSTRATION}"))
+terminal(f"check {DEMONSTRATION}")
 
 # %%
 # **2. What is heard today**, and through which mount? A model turns stiffness factors, 1 for

@@ -172,14 +172,14 @@ def powertrain_section(
 
 def mount_sections(
     bench: VirtualBench, wheel_end_mass: float | None = None
-) -> tuple[platform.MountEntry, ...]:
+) -> tuple[platform.PlatformMount, ...]:
     """Return the mounts of a TOML file, with the stated mass of a wheel end [kg]."""
     sections = []
     for mount in bench.mounts:
         pieces = tuple(point.piece for point in layout.points(bench) if point.mount == mount.name)
         mass = None if mount.name in bench.mount_names else wheel_end_mass
         sections.append(
-            platform.MountEntry(
+            platform.PlatformMount(
                 name=mount.name,
                 description=layout.MOUNT_DESCRIPTIONS[mount.name],
                 pieces=pieces if len(pieces) > 1 else None,
@@ -422,6 +422,10 @@ def _platform_file(
     body_file: str,
 ) -> platform.PlatformFile:
     """Return the content of ``platform.toml``."""
+
+    def of_body(vehicle: str) -> str:
+        return f"{body_file}/{vehicle}.uff"
+
     return platform.PlatformFile(
         format=1,
         name=NAME,
@@ -439,7 +443,8 @@ def _platform_file(
                 group=vehicle.rpartition("-")[0],
                 noise_transfer=f"noise_transfer/{vehicle}.uff",
                 ear_node=node,
-                **({body_file: f"{body_file}/{vehicle}.uff"} if body_file else {}),
+                receptance=of_body(vehicle) if body_file == "receptance" else None,
+                driving_points=of_body(vehicle) if body_file == "driving_points" else None,
             )
             for node, vehicle in enumerate(fleet.bodies, layout.FIRST_EAR_NODE)
         ),

@@ -522,9 +522,6 @@ class MountEntry(StrictModel):
         | None
     ) = None
     body_mass_tolerance_kg: NotNegative | None = Field(default=None, validate_default=True)
-    # between powertrain and rubber (engine), and between rubber and body with the sheet metal that
-    # gives way about it (body), as far as they were not between the sensors of the mount's test
-    bracket_stiffness_n_per_mm: Brackets | None = None
 
     @field_validator("body_mass_tolerance_kg")
     @classmethod
@@ -537,11 +534,6 @@ class MountEntry(StrictModel):
         return tolerance
 
     @property
-    def brackets(self) -> Mapping[Side, Row3 | str]:
-        """Stiffness or file of each bracket that is stated."""
-        return self.bracket_stiffness_n_per_mm or {}
-
-    @property
     def piece_names(self) -> tuple[str, ...]:
         """Names of the pieces; ``("",)`` for a single one."""
         return self.pieces or ("",)
@@ -551,6 +543,19 @@ def _along_an_axis(direction: str) -> str:
     if direction not in [f"{sign}{axis}" for axis in AXES for sign in "+-"]:
         raise ValueError("a direction is one such as '+z'")
     return direction
+
+
+class PlatformMount(MountEntry):
+    """One mount of a platform, with the brackets that it has in the cars."""
+
+    # between powertrain and rubber (engine), and between rubber and body with the sheet metal that
+    # gives way about it (body), as far as they were not between the sensors of the mount's test
+    bracket_stiffness_n_per_mm: Brackets | None = None
+
+    @property
+    def brackets(self) -> Mapping[Side, Row3 | str]:
+        """Stiffness or file of each bracket that is stated."""
+        return self.bracket_stiffness_n_per_mm or {}
 
 
 def _receiver_name(name: str) -> str:
@@ -729,7 +734,7 @@ class PlatformFile(StrictModel):
     default_load_case: Name  # meant when none is asked for
     engine: Engine
     powertrain: PowertrainEntry | None = None  # without, the motion is taken as measured
-    mounts: AtLeastOne[MountEntry]  # in the order of the design variables
+    mounts: AtLeastOne[PlatformMount]  # in the order of the design variables
     rubber: Several[RubberEntry] = ()  # of mounts whose temperatures are stated
     # car_factors.csv of a run of synthesis_validation: what cars say of the other mounts
     car_factors: RelativePath | None = None

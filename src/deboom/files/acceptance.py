@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import pandas as pd
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from deboom.arrays import AXES
 from deboom.errors import InputError
@@ -183,6 +183,14 @@ class AcceptanceBox(StrictModel):
     law: str
     common: Share = 0.0
     seed: Number
+
+    @model_serializer(mode="wrap")
+    def _without_what_is_not_stated(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out a common factor of 0: sheets name a box of earlier versions by its content."""
+        values: dict[str, Any] = handler(self)
+        if not self.common:
+            del values["common"]
+        return values
 
     def faults(self) -> Iterator[str]:
         """Give a sentence for variables and responses that come twice."""

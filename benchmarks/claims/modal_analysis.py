@@ -10,8 +10,8 @@ ratios from 0.3 %, and four kinds that are drawn here, 21 outputs under two load
 of each function. Their modes count where the own peak in at least one function is three times the
 noise there, and where the next mode lies the mean of both half-power widths away. A mode is found
 with a frequency within 0.5 % and a MAC above 0.9; a pole is false where no mode of body or air lies
-within its damping ratio. Modes that miss stand within 1 to 2 Hz of one
-several times as strong, or beside two of them just below the first line.
+within its damping ratio. Modes that miss stand within 1 to 2 Hz of one several times as strong, or
+beside two of them just below the first line.
 
 A loudspeaker excites what an ear hears: a mode that hardly reaches an ear leaves no trace in these
 FRFs, so neither the poles nor the rebuilt FRFs can tell of it. The hammer does excite it, but its

@@ -65,10 +65,11 @@ def campaign_findings(
     if (matrix := campaign.mass_matrix) is not None:
         sentences += density_doubt(float(matrix[0, 0]), matrix[3:, 3:])
     findings = [*map(Finding, sentences)]
-    frequency = np.concatenate([run.frequency for run in campaign.runs])
     for body in powertrain:
-        of_bench = bench_mode(body.points, frequency)
-        findings += [Finding(sentence, alarm=denies) for sentence, denies in of_bench]
+        if campaign.runs:
+            lines = np.concatenate([run.frequency for run in campaign.runs])
+            of_bench = bench_mode(body.points, lines)
+            findings += [Finding(sentence, alarm=denies) for sentence, denies in of_bench]
         of_motion = [*map(Finding, _places(body)), *_sensors(campaign, body)]
         findings += of_motion
         findings += map(Finding, (*_statics(campaign.runs, body), *_cells(campaign.runs, body)))

@@ -643,7 +643,7 @@ def refined_poles(
         spreads and shares are those of the orders. Modes whose residues noise could have made are
         left out, and of two whose poles meet in the fit that of fewer orders. A pole that would go
         further than `LARGEST_SHIFT` and `LARGEST_FACTOR` allow is as it was given; one that leaves
-        the band is an auxiliary one.
+        the band, or lies between its last lines on either side, is an auxiliary one.
 
     Raises
     ------
@@ -694,7 +694,9 @@ def refined_poles(
     stays = _without_doubles(refined)
     if stays.all():
         stays = fit.strength(poles).mean(axis=0) >= 1 + CERTAIN / np.sqrt(len(fit.measured))
-    inside = np.array([band[0] <= cluster.frequency <= band[1] for cluster in refined])
+    # seen from one side only: two modes below the band make one between its first lines
+    low, high = band[0] + _lines_of(frf, band)[2], band[1] - _lines_of(frf, band)[2]
+    inside = np.array([low <= cluster.frequency <= high for cluster in refined])
     modes, outside = (
         tuple(sorted(itertools.compress(refined, part), key=lambda cluster: cluster.frequency))
         for part in (stays & inside, stays & ~inside)

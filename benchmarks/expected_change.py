@@ -101,7 +101,7 @@ def platform(family: str, seed: int) -> dict[str, RealArray]:
     at_rest = Fleet(tuple(replace(vehicle, receptance=None) for vehicle in group.vehicles))
     fleets = {
         Information.unknown: at_rest,
-        Information.driving_points: Fleet(tuple(map(_of_driving_points, group.vehicles))),
+        Information.driving_points: Fleet(tuple(map(of_driving_points, group.vehicles))),
         Information.receptances: group,
     }
     models = {state: coupled_model(data, fleet) for state, fleet in fleets.items()}
@@ -123,7 +123,7 @@ def platform(family: str, seed: int) -> dict[str, RealArray]:
     return {name: values.astype(np.float32) for name, values in arrays.items()}
 
 
-def _of_driving_points(vehicle: Any) -> Any:
+def of_driving_points(vehicle: Any) -> Any:
     """Leave the driving points alone of a vehicle's receptance."""
     frf = vehicle.receptance.select(outputs=vehicle.receptance.inputs)
     values = np.eye(len(frf.inputs)) * frf.values

@@ -37,7 +37,7 @@ def _words(node: ast.expr) -> str:
         case ast.JoinedStr(values=parts):
             words = [_words(part) for part in parts]
             return "".join(words) if all(words) else ""
-        case ast.FormattedValue(value=ast.Name(id=name)):
+        case ast.FormattedValue(value=ast.Name(id=name) | ast.Attribute(attr=name)):
             return f"<{name}>"
     return ""
 

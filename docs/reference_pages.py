@@ -196,9 +196,9 @@ def key_list(path: Path) -> str:
 
 
 def _help(command: click.Command, typed: str) -> str:
-    """Return the help as a terminal of 100 columns shows it."""
-    context = click.Context(command, info_name=f"deboom {typed}", max_content_width=100)
-    context.terminal_width = 100
+    """Return the help as a terminal of 78 columns shows it."""
+    context = click.Context(command, info_name=f"deboom {typed}", max_content_width=78)
+    context.terminal_width = 78
     return command.get_help(context).rstrip()
 
 

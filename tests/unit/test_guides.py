@@ -28,6 +28,7 @@ from deboom.files.units import parse_unit
 from deboom.mounts.response_surface import KelvinVoigtModel, StiffnessSamples
 from deboom.pages import live_model
 from deboom.pages.front import CELLS, PANELS
+from deboom.physics.sound_level import a_weighting
 from deboom.plot import levels
 from deboom.report import interactive, live
 from deboom.runs.runner import load_study
@@ -503,3 +504,11 @@ def test_the_sheet_of_the_guide_has_the_state_and_stiffness_of_the_pinned_one():
     force = re.search(r"\| state \| (−\d+) N", TEXT)[1]
     today = re.search(r"today (\d+) N/mm", TEXT)[1]
     assert {force, today} <= cells
+
+
+def test_the_a_weighting_on_the_page_of_levels_is_that_of_the_code():
+    page = (DOCS / "theory" / "levels.md").read_text(encoding="utf-8").replace("−", "-")
+    at_30, at_100 = map(
+        float, figures_in(page, r"At 30 Hz it is ([-.\d]+) dB, at 100 Hz ([-.\d]+) dB")
+    )
+    assert a_weighting([30.0, 100.0]).round(1).tolist() == [at_30, at_100]

@@ -113,9 +113,9 @@ OWN_DAMPING = (0.05, 0.1)
 OWN_SPREAD = 0.03
 """Standard deviation of the logarithm of their frequency between cars; judgement."""
 
-FOOT = 0.01
+FOOT = 0.005
 """How far the foot of a seat or a wheel moves for what a panel moves, standard deviation [1];
-judgement, such that a seat vibrates by some 0.003 m/s², and 0.2 where it booms."""
+judgement, such that a seat vibrates by some 0.001 m/s², and by 0.1 where it booms."""
 
 
 def receiver_transfer(

@@ -159,6 +159,13 @@ def write(
             "motion each point then gives way to its own force.",
         ),
     ] = False,
+    receivers: Annotated[
+        bool,
+        typer.Option(
+            "--receivers",
+            help="Write functions to a rear ear, the seat rail and the wheel as well (UFF).",
+        ),
+    ] = False,
     body_scatter: BodyScatter = 1.0,
     family: Family = "",
 ) -> None:
@@ -183,6 +190,7 @@ def write(
             tilt=tilt,
             receptance=receptance,
             driving_points=driving_points,
+            receivers=receivers,
             body_scatter=body_scatter,
             family=family,
         )

@@ -235,3 +235,26 @@ def test_an_electric_drive_states_rotor_orders_and_lines_of_its_model(
     monkeypatch.setattr("deboom.files.platform.HIGHEST", 60.0)
     with pytest.raises(InputError, match="lines of 20 to 80 Hz of a rotor order"):
         read_platform(folder)
+
+
+def test_receivers_are_written_beside_files_that_stay(tmp_path):
+    one = {"groups": ("U06-1",), "load_cases": (PlannedRun(5, 220.0, full_load=True),)}
+    plain = write_platform(tmp_path / "plain", 3, **one)
+    folder = write_platform(tmp_path / "with", 3, receivers=True, **one)
+    changed = {"platform.toml", "README.txt", "receivers/U06-1.uff"}
+    assert set(files_of(folder)) - set(files_of(plain)) == {"receivers/U06-1.uff"}
+    for name in set(files_of(plain)) - changed:
+        assert (folder / name).read_bytes() == (plain / name).read_bytes(), name
+    platform = read_platform(folder)
+    model = platform.model(motion="coupled", mounts="spectra")
+    names = ("U06-1", "U06-1, rear ear", "U06-1, seat rail z", "U06-1, wheel y")
+    assert model.response_names == names
+    alone = read_platform(plain).model(motion="coupled", mounts="spectra")
+    today = np.ones((1, 12))
+    levels = model.levels(today)[0]
+    np.testing.assert_allclose(levels[0], alone.levels(today)[0, 0], rtol=1e-12)
+    assert abs(levels[1].mean() - levels[0].mean()) < 10.0
+    # modes of its own: seat and wheel vibrate most below 36 Hz, some mm/s² to 1 m/s²
+    for row in (2, 3):
+        assert 20.0 <= model.frequency[levels[row].argmax()] <= 36.0
+        assert 60.0 < levels[row].max() < 120.0

@@ -97,6 +97,55 @@ def noise_transfer(body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArr
     return np.asarray((per_mode * body.modal_receptance(frequency)) @ body.shapes_at_paths)
 
 
+REAR_EAR = -0.8
+"""Shape of the first cabin mode, along the car, at the rear seats over that at the driver [1];
+judgement."""
+
+RECEIVER_SEED = 22
+"""Draws seats and wheels of a platform, for every fleet: they belong to the truth."""
+
+OWN_MODES = (15.0, 35.0)
+"""First mode of a seat on its rails and of a wheel on its column [Hz]."""
+
+OWN_DAMPING = (0.05, 0.1)
+"""Damping ratio of these [1]; judgement."""
+
+OWN_SPREAD = 0.03
+"""Standard deviation of the logarithm of their frequency between cars; judgement."""
+
+FOOT = 0.005
+"""How far the foot of a seat or a wheel moves for what a panel moves, standard deviation [1];
+judgement, such that a seat vibrates by some 0.001 m/s², and by 0.1 where it booms."""
+
+
+def receiver_transfer(
+    body: Body, cabin: Cabin, frequency: RealArray, generator: np.random.Generator
+) -> dict[str, ComplexArray]:
+    """Find what is heard and felt at other places than the driver's ear, per force at each path.
+
+    - `generator`: of what one car has for itself.
+    - returns by `RECEIVERS` (f, n_path): pressure at the rear ear [Pa/N], acceleration of seat rail
+      and wheel [(m/s²)/N].
+    """
+    (mode,) = cabin.modes
+    rear = replace(cabin, modes=(replace(mode, ear_shape=REAR_EAR * mode.ear_shape),))
+    heard = {RECEIVERS[0]: noise_transfer(body, rear, frequency)}
+    of_platform = np.random.default_rng(RECEIVER_SEED)
+    for name in RECEIVERS[1:]:
+        share = of_platform.normal(0, FOOT, body.shapes_at_panels.shape[1])
+        own, damping = of_platform.uniform(*OWN_MODES), of_platform.uniform(*OWN_DAMPING)
+        ratio = frequency / (own * np.exp(generator.normal(0, OWN_SPREAD)))
+        follows = (1 + 2j * damping * ratio) / (1 - ratio**2 + 2j * damping * ratio)
+        foot = body.modal_receptance(frequency) * (body.shapes_at_panels @ share)
+        accelerance = -((2 * np.pi * frequency) ** 2) * follows
+        heard[name] = accelerance[:, np.newaxis] * (foot @ body.shapes_at_paths)
+    return heard
+
+
+RECEIVERS = ("rear ear", "seat rail z", "wheel y")
+"""Receivers beside the driver's ear."""
+
+
 def receptance(body: Body, frequency: RealArray) -> ComplexArray:
     """Find the displacement at the paths per force at the paths, (f, n_path, n_path) [m/N]."""
     shapes = body.shapes_at_paths

@@ -6,6 +6,7 @@ import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from deboom.bench.fleet import (
     ear_transfer,
     noise_transfer,
     path_receptance,
+    receiver_transfer,
     scattered_body,
 )
 from deboom.bench.operating_run import PlannedRun, true_run
@@ -40,6 +42,11 @@ DESCRIPTION = (
     "and two wishbone mounts, bodies U06, F39 and F45 with five vehicles each; U06-5 carries a "
     "high-voltage battery. Measured on the virtual bench, with sensor and calibration errors."
 )
+RECEIVER_NODES = {"rear ear": 951, "seat rail z": 952, "wheel y": 953}
+"""Response nodes of further receivers, in a file of their own for each vehicle."""
+WEIGHTINGS: dict[str, Literal["Wk", "Wh"]] = {"seat rail z": "Wk", "wheel y": "Wh"}
+FELT_FLOOR = 2e-6
+"""Noise floor of an accelerance at seat or wheel, of real and imaginary part [(m/s²)/N]."""
 MOUNT_TABLE, CHANNEL_TABLE = "mounts.csv", "channels.csv"
 DEFAULT_LOAD_CASE = "g5_wot220"
 
@@ -61,6 +68,7 @@ def write_platform(
     tilt: float = 0.0,
     receptance: bool = False,
     driving_points: bool = False,
+    receivers: bool = False,
     body_scatter: float = 1.0,
     family: str = "",
     load_cases: tuple[PlannedRun, ...] = layout.LOAD_CASES,
@@ -88,6 +96,9 @@ def write_platform(
         Measure the receptance of every body between its paths as well, on another day.
     driving_points : bool
         Measure it at the paths alone instead, along the force: the same numbers.
+    receivers : bool
+        Measure a rear ear, a seat rail and the wheel of every vehicle as well; all other files
+        stay, but for ``platform.toml``.
     body_scatter : float
         Factor on what cars of one drawing differ by [1], see `deboom.bench.fleet.load_fleet`; seed
         1, whose fleet is frozen, takes 1 alone.
@@ -124,7 +135,14 @@ def write_platform(
     n_file = len(load_cases) + len(fleet.bodies) + 1
     with complete_or_not_at_all(Path(folder)) as unfinished:
         files = _write_files(
-            unfinished, drawn, fleet, bench, load_cases, per_piece=per_piece, body_file=body_file
+            unfinished,
+            drawn,
+            fleet,
+            bench,
+            load_cases,
+            per_piece=per_piece,
+            body_file=body_file,
+            receivers=receivers,
         )
         for done, name in enumerate(files, 1):
             if progress is not None:
@@ -211,6 +229,7 @@ def _write_files(
     *,
     per_piece: bool,
     body_file: str,
+    receivers: bool,
 ) -> Iterator[str]:
     """Draw everything, and write every file; give the name of the larger ones.
 
@@ -270,6 +289,12 @@ def _write_files(
             (folder / body_file).mkdir(exist_ok=True)
             # an abscissa with gaps is uneven, and binary files have even ones alone
             write_uff(folder / f"{body_file}/{vehicle}.uff", functions, binary=bool(lines.all()))
+        if receivers:
+            felt = _receiver_functions(
+                family, vehicle, body, fleet, listed, lines, per_piece=per_piece
+            )
+            (folder / "receivers").mkdir(exist_ok=True)
+            write_uff(folder / f"receivers/{vehicle}.uff", felt, binary=bool(lines.all()))
         yield name
 
     np.savez(
@@ -305,7 +330,9 @@ def _write_files(
         "platform",
         "platform.toml",
     )
-    file = _platform_file(bench, sheet, wheel_end_mass, fleet, load_cases, body_file=body_file)
+    file = _platform_file(
+        bench, sheet, wheel_end_mass, fleet, load_cases, body_file=body_file, receivers=receivers
+    )
     dump_toml(folder / "platform.toml", file)
     yield "platform.toml"
 
@@ -386,6 +413,64 @@ def _body_functions(
     ]
 
 
+def _receiver_functions(
+    family: Family,
+    vehicle: str,
+    body: Body,
+    fleet: BenchFleet,
+    listed: Sequence[tuple[layout.Point, str]],
+    lines: BoolArray,
+    *,
+    per_piece: bool,
+) -> list[UffFunction]:
+    """Measure further receivers of a vehicle per force at every path, UFF type 4."""
+    if per_piece:
+        raise InputError("receivers are measured per mount: leave out --per-piece")
+    generator = np.random.default_rng([family.seed, zlib.crc32(f"receivers {vehicle}".encode())])
+    true = receiver_transfer(body, fleet.cabin, layout.FREQUENCY, generator)
+    functions = []
+    for name, values in true.items():
+        is_sound = name not in WEIGHTINGS
+        errors = sensors.TransferErrors()
+        floor = errors.floor if is_sound else FELT_FLOOR
+        errors = replace(errors, floor=family.values["noise"] * floor)
+        measured = sensors.measured_noise_transfer(values, errors, generator)
+        direction = "scalar" if is_sound else f"+{name[-1]}"
+        quantity = "pressure" if is_sound else "acceleration"
+        # a UFF file names entities in ten characters
+        response = writing.Dof(RECEIVER_NODES[name], direction, name[:10].strip(), quantity)
+        functions += [
+            writing.function(
+                writing.FRF,
+                layout.FREQUENCY[lines],
+                of_path[lines],
+                response,
+                writing.Dof(point.node, f"+{axis}", point.mount, "force"),
+                f"{name}, {vehicle}, per force at {point.channel(axis)}",
+            )
+            for of_path, (point, axis) in zip(measured.T, listed, strict=True)
+        ]
+    return functions
+
+
+def _receiver_entries(vehicle: str, ear_node: int) -> tuple[platform.ReceiverEntry, ...]:
+    """Return the receivers of a vehicle in ``platform.toml``."""
+    entries = [platform.ReceiverEntry(name="driver ear", kind="sound", node=ear_node)]
+    for name, node in RECEIVER_NODES.items():
+        weighting = WEIGHTINGS.get(name)
+        entries.append(
+            platform.ReceiverEntry(
+                name=name,
+                kind="vibration" if weighting else "sound",
+                node=node,
+                direction=f"+{name[-1]}" if weighting else None,
+                functions=f"receivers/{vehicle}.uff",
+                weighting=weighting,
+            )
+        )
+    return tuple(entries)
+
+
 def _channel_rows(
     bench: VirtualBench, listed: Sequence[tuple[layout.Point, str]]
 ) -> list[rows.ChannelRow]:
@@ -420,6 +505,7 @@ def _platform_file(
     load_cases: tuple[PlannedRun, ...],
     *,
     body_file: str,
+    receivers: bool,
 ) -> platform.PlatformFile:
     """Return the content of ``platform.toml``."""
 
@@ -442,7 +528,8 @@ def _platform_file(
                 name=vehicle,
                 group=vehicle.rpartition("-")[0],
                 noise_transfer=f"noise_transfer/{vehicle}.uff",
-                ear_node=node,
+                ear_node=None if receivers else node,
+                receivers=_receiver_entries(vehicle, node) if receivers else None,
                 receptance=of_body(vehicle) if body_file == "receptance" else None,
                 driving_points=of_body(vehicle) if body_file == "driving_points" else None,
             )

@@ -131,14 +131,14 @@ def stated(kind: str, seed: int) -> Iterator[tuple[str, str, RealArray, Expected
         yield name, "unstated", changes, unstated
         if np.isfinite(multiple):
             brackets = {path: multiple * value for path, value in of_mounts.items()}
-            held = on_brackets(platform.mounts, brackets)
-            yield name, "stated", changes, expected(platform, fleet, held, pick)
+            bracketed = on_brackets(platform.mounts, brackets)
+            yield name, "stated", changes, expected(platform, fleet, bracketed, pick)
     for warmer in WARMER:
         changes, name = true(softer=float(np.exp(-0.01 * warmer))), f"{warmer:+g} K"
         yield name, "unstated", changes, unstated
         rubber_in_car = RubberInCar((-0.012, -0.008), (warmer - 2.0, warmer + 2.0))
-        told = [replace(mount, rubber=rubber_in_car) for mount in platform.mounts]
-        yield name, "stated", changes, expected(platform, fleet, told, pick)
+        warm = [replace(mount, rubber=rubber_in_car) for mount in platform.mounts]
+        yield name, "stated", changes, expected(platform, fleet, warm, pick)
 
 
 def state(n_platform: int) -> None:
@@ -174,19 +174,19 @@ def ranked(family: str, seed: int) -> tuple[dict[Any, float], dict[Any, float]]:
     pieces = np.array([2.0 if path.startswith("Du") else 1.0 for path in cars.paths])
     local = dict(zip(cars.paths, 1.0 / (pieces * flexibility), strict=True))
     per_mount = np.broadcast_to(rubber, 3 * len(platform.mounts) + 2)[:: len(AXES)]
-    told = [
+    in_car = [
         replace(mount, rubber=RubberInCar(on_the_road=float(factor), spread=RUBBER_AGE))
         for mount, factor in zip(platform.mounts, per_mount, strict=False)
     ]
-    made = {
+    measured = {
         None: (at_rest, platform.mounts),
         CarMeasurement.driving_points: (points, platform.mounts),
         CarMeasurement.receptances: (group, platform.mounts),
         CarMeasurement.brackets: (at_rest, on_brackets(platform.mounts, local)),
-        CarMeasurement.temperature: (at_rest, told),
+        CarMeasurement.temperature: (at_rest, in_car),
     }
     real = {}
-    for step, (fleet, mounts) in made.items():
+    for step, (fleet, mounts) in measured.items():
         mean = expected(platform, fleet, mounts, pick).mean
         real[step] = float(mean.high[0] - mean.low[0])
     return {step: float(width[0]) for step, width in widths.items()}, real
@@ -197,8 +197,8 @@ def rank(n_platform: int) -> None:
     hits, among_others = 0, 0
     for number in range(n_platform):
         family = FAMILIES[number % len(FAMILIES)]
-        place = APART * (number % len(FAMILIES)) + number // len(FAMILIES)
-        before, real = ranked(family, RANKED + place)
+        offset = APART * (number % len(FAMILIES)) + number // len(FAMILIES)
+        before, real = ranked(family, RANKED + offset)
         steps = [step for step in CarMeasurement if step in before]
         others = [step for step in steps if step is not CarMeasurement.receptances]
         hits += min(steps, key=before.__getitem__) is min(steps, key=real.__getitem__)

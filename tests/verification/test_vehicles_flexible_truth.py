@@ -103,7 +103,7 @@ BRACKETS = {
     "TSM": Bracket("body", LINES, np.outer(1 + 0.01 * LINES * 1j, [0.9e6, 3e6, 1.5e6])),
     "Du": Bracket("body", [], [[4e5 + 2e4j, 5e6, 5e6]]),
 }
-HELD = (0, 1, 2, 6, 7, 8, 9, 10)
+BRACKETED = (0, 1, 2, 6, 7, 8, 9, 10)
 """Springs with a bracket, each by a point without mass between rubber and bracket."""
 
 
@@ -115,12 +115,12 @@ def on_brackets(factor, vehicle, tilted):
         + [np.broadcast_to(BRACKETS["Du"].stiffness[:, :1], (LINES.size, 2))]
     )
     springs = np.append(factor[:9], [factor[9]] * 2) * STIFFNESS
-    nodes = np.eye(11)[:, HELD]
+    nodes = np.eye(11)[:, BRACKETED]
     rubber = np.hstack([source, -paths @ SHAPES[vehicle].T, -nodes])
-    rubber[np.ix_(HELD, range(8, 13))] = 0.0
+    rubber[np.ix_(BRACKETED, range(8, 13))] = 0.0
     bracket = np.zeros((8, rubber.shape[1]))
     bracket[:, 13:] = np.eye(8)
-    bracket[:, 8:13] = -(paths @ SHAPES[vehicle].T)[list(HELD)]
+    bracket[:, 8:13] = -(paths @ SHAPES[vehicle].T)[list(BRACKETED)]
     pressure = np.empty(LINES.size, dtype=complex)
     for line, squared in enumerate(SQUARED):
         whole = np.zeros((rubber.shape[1],) * 2, dtype=complex)
@@ -190,8 +190,8 @@ def case(tilted):
     return LoadCase("r", "r", 5, 4.0, 220.0, 1.5, *spectra)
 
 
-def model(tilted, fleet=None, held=None, **options):
-    data = fleet or vehicles(), held or mounts(tilted), [(case(tilted), 1.0)], (20.0, 60.0)
+def model(tilted, fleet=None, bracketed=None, **options):
+    data = fleet or vehicles(), bracketed or mounts(tilted), [(case(tilted), 1.0)], (20.0, 60.0)
     chosen = {"motion": Motion.coupled, "powertrain": Powertrain(MASS, INERTIA)} | options
     return booming_model(*data, **chosen)
 
@@ -212,11 +212,11 @@ def test_powertrain_and_body_move_as_one_system(tilted):
 
 def test_the_rubber_is_scaled_and_the_car_has_it_in_series_with_its_brackets():
     for tilted in (False, True):
-        held = [
+        bracketed = [
             replace(mount, brackets=(BRACKETS[mount.name],)) if mount.name in BRACKETS else mount
             for mount in mounts(tilted)
         ]
-        stiff = model(tilted, held=held)
+        stiff = model(tilted, bracketed=bracketed)
         for vehicle in range(2):
             truth = [on_brackets(row, vehicle, tilted) for row in FACTORS]
             np.testing.assert_allclose(stiff.pressure(FACTORS)[:, vehicle], truth, rtol=1e-10)

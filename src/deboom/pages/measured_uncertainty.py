@@ -547,13 +547,13 @@ def _questions(repeated: Repeated, design: str) -> Questions:
     the choice of the vehicles.
     """
     decision = _decision(repeated, design)
-    asked = {DECISION: tuple(decision)} if decision else {}
+    of_decision = {DECISION: tuple(decision)} if decision else {}
     of_change, of_level = repeated.variances(design), repeated.variances(None)
     here = tuple(VariancePart(name, float(v[-1])) for name, v in of_change.items())
     level = tuple(VariancePart(name, float(v[-1])) for name, v in of_level.items())
     n_vehicle, n_used = len(repeated.vehicles), len(repeated.index.load_case_names)
     if n_vehicle < 2:
-        return {**asked, HERE: here, LEVEL: level}
+        return {**of_decision, HERE: here, LEVEL: level}
     rows = np.stack([repeated.rows[0], repeated.designs[design]])
     every = repeated.every_case
     levels = [every.levels(rows, name).mean(axis=2) for name in every.load_case_names]
@@ -563,7 +563,7 @@ def _questions(repeated: Repeated, design: str) -> Questions:
     parts = [*here, VariancePart(VEHICLES, vehicles, n_vehicle - 1)]
     if spread.n_column > 1:
         parts.append(VariancePart(LOAD_CASES, float(spread.columns) / n_used, spread.n_column - 1))
-    return {**asked, HERE: here, SERIES: tuple(parts), LEVEL: level}
+    return {**of_decision, HERE: here, SERIES: tuple(parts), LEVEL: level}
 
 
 def _decision(repeated: Repeated, design: str) -> list[VariancePart]:

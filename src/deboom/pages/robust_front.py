@@ -622,13 +622,13 @@ def _supplier(report: Report, view: PlatformFront) -> None:
         "Chosen stiffness of every mount and axis. The thin bracket spans the "
         f"range within which, {freedom.sentence}.",
     )
-    stiffness, held = _stiffness_table(view), np.any(view.bracket_softness > 0.0)
+    stiffness, on_brackets = _stiffness_table(view), np.any(view.bracket_softness > 0.0)
     columns = [column for column in SHOWN_STIFFNESS if column in stiffness]
     report.table(
         "stiffness",
         stiffness,
         "Factor: share of today's stiffness"
-        + (", of the rubber; with brackets: of mount and brackets in series" if held else "")
+        + (", of the rubber; with brackets: of mount and brackets in series" if on_brackets else "")
         + ". From and to: the range around best-mean within "
         f"which, {freedom.sentence}, scatter of the parts included; any in bounds: that holds for "
         "the whole range; as today: today's part lies in it. stiffness.csv has the other picks.",

@@ -416,10 +416,10 @@ def booming_model(
         raise InputError(
             "a part that settles elsewhere moves otherwise too: take coupled or amplitude motion"
         )
-    held = [mount.name for mount in mounts if mount.brackets or mount.rubber]
-    if held and motion is Motion.prescribed:
+    in_car = [mount.name for mount in mounts if mount.brackets or mount.rubber]
+    if in_car and motion is Motion.prescribed:
         warnings.warn(
-            f"with prescribed motion brackets and rubber of {', '.join(held)} in the car do not "
+            f"with prescribed motion brackets and rubber of {', '.join(in_car)} in the car do not "
             "count: it takes every deflection as measured; coupled motion has them",
             DataWarning,
             stacklevel=2,

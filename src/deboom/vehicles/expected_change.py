@@ -355,8 +355,10 @@ def widths_if_measured(
     elif state is Information.driving_points:
         widths[CarMeasurement.receptances] = of_bodies(CarMeasurement.receptances)
     if not all(mount.rubber for mount in mounts):
-        told = [replace(mount, rubber=mount.rubber or RubberInCar()) for mount in mounts]
-        widths[CarMeasurement.temperature] = width(draws.bodies, told)
+        with_temperatures = [
+            replace(mount, rubber=mount.rubber or RubberInCar()) for mount in mounts
+        ]
+        widths[CarMeasurement.temperature] = width(draws.bodies, with_temperatures)
     return widths
 
 
@@ -369,7 +371,7 @@ class _Draws:
     - `mounts`, `weights`: of the platform, and of the load cases [1].
     - `of_model`, `on_fewer` (2, n, v): changes of the model on all lines, and on those of the
       draws, see `_changes` [dB].
-    - `own_design`: numbers of picks and vehicles, where each vehicle has a design of its own.
+    - `per_vehicle`: numbers of picks and vehicles, where each vehicle has a design of its own.
     - `vehicle_of`: number of the vehicle of each response.
     """
 
@@ -379,7 +381,7 @@ class _Draws:
     weights: Sequence[float]
     of_model: RealArray
     on_fewer: RealArray
-    own_design: tuple[int, int] | None
+    per_vehicle: tuple[int, int] | None
     vehicle_of: tuple[int, ...]
     seed: int
 
@@ -425,7 +427,7 @@ class _Draws:
             weights=model.weights,
             of_model=_changes(of_model, model.weights),
             on_fewer=_changes(on_fewer, model.weights),
-            own_design=(each.shape[0], each.shape[1]) if each.ndim > 2 else None,
+            per_vehicle=(each.shape[0], each.shape[1]) if each.ndim > 2 else None,
             vehicle_of=fleet.vehicle_of,
             seed=seed,
         )
@@ -455,9 +457,9 @@ class _Draws:
 
     def _by_pick(self, changes: RealArray) -> RealArray:
         """Return changes (..., n, v) of every vehicle with its own design, where it has one."""
-        if self.own_design is None:
+        if self.per_vehicle is None:
             return changes
-        shape = (*changes.shape[:-2], *self.own_design, changes.shape[-1])
+        shape = (*changes.shape[:-2], *self.per_vehicle, changes.shape[-1])
         return changes.reshape(shape)[..., self.vehicle_of, np.arange(len(self.vehicle_of))]
 
 
@@ -675,7 +677,7 @@ class _Bodies:
     ) -> _Bodies:
         """Take what is known of a fleet's bodies on some lines."""
         paths = paths_into(mounts, fleet.vehicles[0].noise_transfer.inputs)
-        held = [m.name for m in mounts for each in m.brackets if each.side == "body"]
+        bracketed = [m.name for m in mounts for each in m.brackets if each.side == "body"]
         receptance, noise = None, np.zeros(len(fleet.vehicles))
         if information is not Information.unknown:
             measured = [_on_lines(vehicle, list(paths), frequency) for vehicle in fleet.vehicles]
@@ -689,7 +691,10 @@ class _Bodies:
             share=spring_shares(mounts, list(paths)),
             brackets=bracket_compliance(mounts, frequency),
             attachments=np.array(
-                [0.0 if name.rpartition(" ")[0] in held else np.nan for name, _ in paths.values()]
+                [
+                    0.0 if name.rpartition(" ")[0] in bracketed else np.nan
+                    for name, _ in paths.values()
+                ]
             ),
             lateral=np.array([path.endswith(" y") for path in paths]),
             pieces=np.array([len(channels) for _, channels in paths.values()], dtype=float),

@@ -22,8 +22,12 @@ from typer.main import get_command
 import deboom
 from deboom.bench import example
 from deboom.cli import COMMANDS, StudyCommand, app
+from deboom.files.acceptance import Programme
+from deboom.files.component_test import ReceiverFile
 from deboom.files.folders import FOLDERS, Names, new_folder
 from deboom.files.kinds import FolderKind
+from deboom.files.limits import ComponentLimitsFile
+from deboom.files.schema import StrictModel
 from deboom.files.shipped_studies import shipped_studies
 from deboom.runs.runner import question_of, study_command, study_files
 
@@ -167,6 +171,43 @@ def toml_pages() -> Iterator[tuple[str, str]]:
     ):
         text = path.read_text(encoding="utf-8")
         yield name, f"# {name}.toml\n\n{about}\n\n```toml\n{text}```\n"
+    for name, about, model in (
+        ("receiver", "Another body, for `deboom run component_tpa --receiver`.", ReceiverFile),
+        (
+            "programme",
+            "What a sheet says of its parts, beside a platform.",
+            Programme,
+        ),
+        ("component-limits", "Limits of a compressor, for `--limits`.", ComponentLimitsFile),
+    ):
+        yield name, f"# {name}.toml\n\n{about}\n\n{keys_of_model(model)}\n"
+
+
+def keys_of_model(model: type[StrictModel], section: str = "") -> str:
+    """Return the keys of a file that has no template, by section, from the model that reads it."""
+    source = inspect.getsource(model)
+    lines, inside = [f"## [{section}]", ""] if section else [], []
+    for name, field in model.model_fields.items():
+        parts = list(_strict_models(field.annotation))
+        inside += [(f"{section}.{name}".lstrip("."), kind) for kind in parts]
+        if parts:
+            continue
+        meaning = rf"^    {name}: .*?(?:  # (.*)|\n    \"\"\"(.*?)\"\"\")$"
+        said = re.search(meaning, source, re.MULTILINE)
+        state = f", by default `{field.default!r}`"
+        if field.is_required() or field.default is None:
+            state = ", to fill in" if field.is_required() else ", may be left out"
+        lines += [f"`{name}`{state}"]
+        lines += [f": {said[1] or said[2]}", ""] if said else [""]
+    return "\n".join(["\n".join(lines), *(keys_of_model(kind, name) for name, kind in inside)])
+
+
+def _strict_models(hint: Any) -> Iterator[type[StrictModel]]:
+    """Give the models of sections in an annotation."""
+    for part in typing.get_args(hint):
+        yield from _strict_models(part)
+    if inspect.isclass(hint) and issubclass(hint, StrictModel):
+        yield hint
 
 
 def key_list(path: Path) -> str:

@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from deboom.cli import COMMANDS
+from deboom.files.acceptance import Programme
+from deboom.files.component_test import ReceiverFile
 from deboom.files.folders import FOLDERS, Names, new_folder
 from deboom.files.kinds import FolderKind
 from deboom.files.shipped_studies import shipped_studies
@@ -46,8 +48,17 @@ def keys_of(text):
 def test_every_key_of_a_new_folder_is_listed(kind, tmp_path):
     folder = new_folder(tmp_path / "new", kind, Names(mounts=("TSM", "Du=left,right")))
     path = folder / FOLDERS[kind].file
-    listed = set(re.findall(r"^`(\w+)", reference_pages.key_list(path), flags=re.MULTILINE))
+    shown = re.findall(r"^`(.*)`", reference_pages.key_list(path), flags=re.MULTILINE)
+    listed = {key for line in shown for key in re.findall(r"(\w+)(?= =|$)", line)}
     assert keys_of(path.read_text(encoding="utf-8")) <= listed
+
+
+def test_a_file_without_a_template_has_the_keys_of_its_model():
+    text = reference_pages.keys_of_model(ReceiverFile)
+    head, _, points = text.partition("## [points]")
+    assert "`title`, to fill in\n: what a reader calls the receiver" in head
+    assert "`stiffness_n_per_m`, may be left out" in points
+    assert "`format`, by default `1`" in reference_pages.keys_of_model(Programme)
 
 
 def test_a_page_has_one_name():

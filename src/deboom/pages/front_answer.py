@@ -12,6 +12,7 @@ from deboom.errors import listed
 from deboom.files.sound import run_up_files
 from deboom.measurement.booming_peaks import PeakChange
 from deboom.mounts.mount import Mount
+from deboom.physics.sound_level import full_scale
 from deboom.plot.style import signed
 from deboom.report import Report, Sound, Table
 from deboom.vehicles.expected_change import SHARE, ExpectedChange, Information, Interval
@@ -77,7 +78,7 @@ def vehicle_table(
     table: dict[str, list[object]] = {
         "vehicle": [fleet.vehicles[row] for row in rows],
         "today [dB(A)]": before[rows].tolist(),
-        "after [dB(A)]": after[rows].tolist(),
+        "new [dB(A)]": after[rows].tolist(),
         "change [dB]": (after - before)[rows].tolist(),
         **expected_column(expected, rows),
         "loudest peak [dB(A)]": [_loudest(changes[fleet.vehicles[row]]) for row in rows],
@@ -135,35 +136,37 @@ def _loudest(changes: Sequence[PeakChange]) -> str:
 
 
 def _worst(changes: Sequence[PeakChange]) -> str:
-    if not changes:
+    counting = [peak for peak in changes if peak.counts]
+    if not counting:
         return "–"
-    top = max(changes, key=lambda peak: peak.level_after - peak.level_before)
-    return f"{signed(top.level_after - top.level_before, 1)} at {top.frequency:.0f} Hz"
+    top = max(counting, key=lambda peak: peak.change)
+    return f"{signed(top.change, 1)} at {top.frequency:.0f} Hz"
 
 
 def peaks_sentence(fleet: FleetFront, design: RealArray) -> str:
-    """Say what becomes of the booming peaks of all vehicles, and which rises most."""
+    """Say what becomes of today's booming peaks of all vehicles, and which peak rises most."""
     every = [
-        (change.level_after - change.level_before, change.frequency, name)
+        (peak.change, peak, name)
         for name, changes in fleet.peak_changes(design).items()
-        for change in changes
+        for peak in changes
+        if peak.counts
     ]
-    if not every:
-        return "no vehicle has a booming peak"
-    values = [change for change, _, _ in every]
-    louder = [peak for peak in every if peak[0] > NOTICEABLE]
+    todays = [change for change, peak, _ in every if peak.before]
+    louder = [rise for rise in every if rise[0] > NOTICEABLE]
     if not louder:
-        if len(every) == 1:
-            return f"the booming peak changes by {signed(values[0], 1)} dB"
+        if not todays:
+            return "no vehicle has a booming peak"
+        if len(todays) == 1:
+            return f"today's booming peak changes by {signed(todays[0], 1)} dB"
         return (
-            f"the {len(every)} booming peaks change by {signed(min(values), 1)} to "
-            f"{signed(max(values), 1)} dB"
+            f"today's {len(todays)} booming peaks change by {signed(min(todays), 1)} to "
+            f"{signed(max(todays), 1)} dB"
         )
-    change, frequency, vehicle = max(louder)
-    verb = "becomes" if len(louder) == 1 else "become"
+    change, top, vehicle = max(louder, key=lambda rise: rise[0])
+    subject = "one booming peak becomes" if len(louder) == 1 else f"{len(louder)} peaks become"
     return (
-        f"{len(louder)} of {len(every)} booming peaks {verb} louder, most of all {vehicle} at "
-        f"{frequency:.0f} Hz, by {change:.1f} dB"
+        f"{subject} louder than today, most of all {vehicle} at {top.frequency:.0f} Hz, by "
+        f"{change:.1f} dB; today there are {len(todays)}"
     )
 
 
@@ -332,11 +335,15 @@ def report_loudest_sound(
     """
     both = np.stack([fleet.today, design])
     row = int(fleet.levels(fleet.today).max(axis=1).argmax())
-    files, scale = run_up_files(pressure(both)[:, row], fleet.frequency, SOUND_SECONDS, SOUND_RATE)
+    sounds = pressure(both)
+    # of all vehicles, so that it is as loud as in the interactive page and by `deboom listen`
+    scale = full_scale(sounds)
+    files = run_up_files(sounds[:, row], fleet.frequency, SOUND_SECONDS, SOUND_RATE, scale)
     report.panel(
         f"Hear {fleet.vehicles[row]}, the loudest today",
-        *(Sound(name, wav) for name, wav in zip(("today", "after"), files, strict=True)),
-        f"Run-up of the model, {run_up}; full scale {scale:.2g} Pa in both. Use headphones.",
+        *(Sound(name, wav) for name, wav in zip(("today", "new"), files, strict=True)),
+        f"Run-up of the model, {run_up}; full scale {scale:.3g} Pa in both, as by deboom listen. "
+        "Use headphones.",
     )
 
 
@@ -359,13 +366,13 @@ def part_table(
         {
             "part": list(parts),
             "of today's [1]": share,
-            "build [N/mm]": share * today,
+            "new [N/mm]": share * today,
             "today [N/mm]": today,
             "alone [dB]": alone,
             **beside,
         }
     )
-    places = {"build [N/mm]": decimals, "today [N/mm]": decimals}
+    places = {"new [N/mm]": decimals, "today [N/mm]": decimals}
     return Table(frame, "", {"of today's [1]": 2, "alone [dB]": 1, **places})
 
 
@@ -381,7 +388,7 @@ def price_table(
 
     - `allowed` or None: in words, where limits were stated.
     """
-    frame = pd.DataFrame({"number": list(numbers), "today": list(today), "after": list(after)})
+    frame = pd.DataFrame({"number": list(numbers), "today": list(today), "new": list(after)})
     if allowed is not None:
         frame["allowed"] = list(allowed)
-    return Table(frame, "", {"today": decimals, "after": decimals})
+    return Table(frame, "", {"today": decimals, "new": decimals})

@@ -58,7 +58,9 @@ def heard_by_the_driver(report: Report, view: PlatformFront) -> None:
         vehicles,
         "Scatter of each vehicle's mean level as parts scatter: today and with best-mean. "
         "vehicles.csv has the levels, too (thesis, table 5).",
-        shown=vehicles[["vehicle", "sigma before [dB]", "sigma after [dB]"]],
+        shown=vehicles[["vehicle", "sigma before [dB]", "sigma after [dB]"]].set_axis(
+            ["vehicle", "σ today [dB]", "σ new [dB]"], axis=1
+        ),
     )
     report.table(
         "peaks",

@@ -48,14 +48,14 @@ BESIDE_WIDTH = 3.6
 """Width of figures that share a row [inch]."""
 SHOWN_STIFFNESS = (
     "variable",
-    "best-mean factor [1]",
-    "best-mean with brackets [1]",
+    "new [1]",
+    "new with brackets [1]",
     "best-mean from [1]",
     "best-mean to [1]",
-    "best-mean [N/mm]",
+    "new [N/mm]",
     "nominal [N/mm]",
     "requirement",
-    "largest change in its range [dB]",
+    "largest change over the search [dB]",
     "changed most",
 )
 """Columns of the stiffnesses on the page; the file has those of all picks."""
@@ -280,11 +280,15 @@ def _about_parts(view: PlatformFront) -> list[str]:
         )
     kept = [
         name
-        for name, need in zip(names, view.freedom.needs, strict=True)
-        if need in (Need.today, Need.anything, Need.nothing)
+        for name, is_todays in zip(names, view.build == space.nominal, strict=True)
+        if is_todays
     ]
     if kept:
-        sentences.append(f"As today: {listed(tuple(kept))}.")
+        changes = view.fleet.splv_change(view.build) - view.fleet.splv_change(view.best)
+        change = signed(float(view.fleet.mean(changes)), 2)
+        sentences.append(
+            f"As today: {listed(tuple(kept))} (together {change} dB against best-mean)."
+        )
     sentences.append(f"N/mm are {view.stiffness_state}.")
     return [" ".join(sentences)]
 
@@ -455,6 +459,7 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         f"Per vehicle and line, verified with {len(VERIFICATION)} scrambles of "
         f"{view.front.judge.n_samples} draws that the search never saw.",
         {"mean level [dB(A)]": 2, "sigma of the level [dB]": 3},
+        shown=picks.replace({"design": {"baseline": "today"}}),
     )
     if view.prescribed is not None:
         _motions(report, view, view.prescribed)
@@ -601,8 +606,8 @@ def _supplier(report: Report, view: PlatformFront) -> None:
     first, last = view.fleet.frequency[0], view.fleet.frequency[-1]
     report.section(
         "What the supplier should build",
-        "The stiffness factors of best-mean: shares of today's stiffness. N/mm are "
-        f"{view.stiffness_state}.",
+        "Shares of today's stiffness: those of best-mean, and today's part where it does as well. "
+        f"N/mm are {view.stiffness_state}.",
         leads=True,
     )
     report.figure(
@@ -610,7 +615,7 @@ def _supplier(report: Report, view: PlatformFront) -> None:
         partial(
             plot.stiffness_bars,
             variables,
-            view.front.pick_designs[Pick.best_mean][:n],
+            view.build[:n],
             space.lower[:n],
             space.upper[:n],
             nominal,
@@ -619,25 +624,30 @@ def _supplier(report: Report, view: PlatformFront) -> None:
             mount_colours([mount.name for mount in view.platform.mounts]),
             stiffness_label=f"mean |K|, {first:g}–{last:g} Hz [N/mm]",
         ),
-        "Chosen stiffness of every mount and axis. The thin bracket spans the "
+        "New stiffness of every mount and axis. The thin bracket spans the "
         f"range within which, {freedom.sentence}.",
     )
     stiffness, held = _stiffness_table(view), np.any(view.bracket_softness > 0.0)
-    columns = [column for column in SHOWN_STIFFNESS if column in stiffness]
+    shown = stiffness[[column for column in SHOWN_STIFFNESS if column in stiffness]]
+    shown = shown.rename(columns={"nominal [N/mm]": "today [N/mm]"})
     report.table(
         "stiffness",
         stiffness,
-        "Factor: share of today's stiffness"
+        "New: share of today's stiffness"
         + (", of the rubber; with brackets: of mount and brackets in series" if held else "")
         + ". From and to: the range around best-mean within "
         f"which, {freedom.sentence}, scatter of the parts included; any in bounds: that holds for "
-        "the whole range; as today: today's part lies in it. stiffness.csv has the other picks.",
+        "the whole range; as today: today's part lies in it. Largest change over the search: of a "
+        "vehicle's mean level or of one booming peak, whichever moves more, where this direction "
+        f"alone goes through all that was searched ({freedom.searched.min():.2f} to "
+        f"{freedom.searched.max():.2f}); the first screen has what the chosen part brings of the "
+        "mean. stiffness.csv has the picks as the search found them.",
         {
             column: 0 if column.endswith("[N/mm]") else 2
-            for column in columns
+            for column in shown.columns
             if column.endswith(("[N/mm]", "[1]"))
         },
-        shown=stiffness[columns],
+        shown=shown,
     )
     if len(view.front.variables) > n:
         report.table(
@@ -648,7 +658,7 @@ def _supplier(report: Report, view: PlatformFront) -> None:
 
 
 def _stiffness_table(view: PlatformFront) -> pd.DataFrame:
-    """List factor and stiffness of each pick by direction, and the range around best-mean."""
+    """List what to build, each pick by direction, and the range around best-mean."""
     nominal, freedom, softness = view.nominal_stiffness, view.freedom, view.bracket_softness
     variables = list(view.stiffness_variables)
     n = len(variables)
@@ -659,12 +669,16 @@ def _stiffness_table(view: PlatformFront) -> pd.DataFrame:
         if np.any(softness > 0.0):
             table[f"{name} with brackets [1]"] = with_brackets(design[:n], softness)
         table[f"{name} [N/mm]"] = nominal * design[:n]
+    table["new [1]"] = view.build[:n]
+    if np.any(softness > 0.0):
+        table["new with brackets [1]"] = with_brackets(view.build[:n], softness)
+    table["new [N/mm]"] = nominal * view.build[:n]
     for column, bound in zip(("from", "to"), freedom.interval[:n].T, strict=True):
         table[f"best-mean {column} [1]"] = np.where(free, np.nan, bound)
         table[f"best-mean {column} [N/mm]"] = np.where(free, np.nan, nominal * bound)
     table["requirement"] = [need.value for need in freedom.needs[:n]]
     moved = freedom.move[:n].argmax(axis=1)
-    table["largest change in its range [dB]"] = np.where(free, 0.0, freedom.move[:n].max(axis=1))
+    table["largest change over the search [dB]"] = np.where(free, 0.0, freedom.move[:n].max(axis=1))
     table["changed most"] = np.where(free, "–", np.array(freedom.vehicles)[moved])
     return pd.DataFrame(table)
 

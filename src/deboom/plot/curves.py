@@ -348,8 +348,8 @@ _SAME_PEAK = 1.5  # Hz; a peak that stayed where it was is labelled once
 def spl_curves(
     frequency: npt.ArrayLike,
     order: float,
-    baseline: npt.ArrayLike,
-    optimised: npt.ArrayLike,
+    today: npt.ArrayLike,
+    new: npt.ArrayLike,
     vehicles: Sequence[str],
     peaks_before: Sequence[npt.ArrayLike],
     peaks_after: Sequence[npt.ArrayLike],
@@ -362,7 +362,7 @@ def spl_curves(
     """Draw levels before (dashed) and after, one panel per vehicle, all on one dB scale.
 
     - `frequency` (n_frequency,): lines [Hz]; `order`: per revolution [1], gives the speed above.
-    - `baseline`, `optimised` (n_vehicle, n_frequency): SPL [dB(A)]; notches deeper than 50 dB below
+    - `today`, `new` (n_vehicle, n_frequency): SPL [dB(A)]; notches deeper than 50 dB below
       the loudest line leave the panel.
     - `peaks_before`, `peaks_after`: frequencies of the booming peaks of each vehicle [Hz].
     - `change` (n_vehicle,), optional: stated above each panel [dB]; by default that of its curves.
@@ -373,20 +373,20 @@ def spl_curves(
     rows = finite(
         "spl_curves",
         {
-            "baseline": baseline,
-            "optimised": optimised,
+            "today": today,
+            "new": new,
             "vehicles": np.zeros(len(vehicles)),
             "peaks_before": np.zeros(len(peaks_before)),
             "peaks_after": np.zeros(len(peaks_after)),
         },
     )
-    for name in ("baseline", "optimised"):
+    for name in ("today", "new"):
         if rows[name].shape != (len(vehicles), lines.size):
             raise InputError(
                 f"figure spl_curves: {name} has shape {rows[name].shape}, expected (n_vehicle, "
                 f"n_frequency) = ({len(vehicles)}, {lines.size})"
             )
-    by_curves = np.mean(rows["optimised"] - rows["baseline"], axis=1)
+    by_curves = np.mean(rows["new"] - rows["today"], axis=1)
     said = np.asarray(by_curves if change is None else change, dtype=float)
     columns = min(len(vehicles), 2 if len(vehicles) <= 6 else 3)
     row_height = {1: 2.9 * np.sqrt(width / FULL_WIDTH), 2: 1.85, 3: 1.6}[columns]
@@ -396,7 +396,7 @@ def spl_curves(
     ):
         figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
         for place, (axes, name) in enumerate(zip(panels, vehicles, strict=True)):
-            _curves(axes, lines, rows["baseline"][place], rows["optimised"][place], colours[name])
+            _curves(axes, lines, rows["today"][place], rows["new"][place], colours[name])
             axes.set_title(name, loc="left", fontweight="bold")
             axes.set_title(f"mean change {signed(said[place], 1)} dB", loc="right", fontsize=8.0)
             if place < columns:
@@ -406,9 +406,9 @@ def spl_curves(
                 axes.set_xlabel("frequency [Hz]")
             if place % columns == 0:
                 axes.set_ylabel("SPL [dB(A)]")
-        _level_axis(panels[0], lines, np.vstack([rows["baseline"], rows["optimised"]]))
+        _level_axis(panels[0], lines, np.vstack([rows["today"], rows["new"]]))
         for place, axes in enumerate(panels):
-            curves = (rows["baseline"][place], rows["optimised"][place])
+            curves = (rows["today"][place], rows["new"][place])
             peaks = (np.asarray(peaks_before[place]), np.asarray(peaks_after[place]))
             _peaks(axes, lines, curves, peaks, colours[vehicles[place]])
         if width == FULL_WIDTH:  # beside another figure the caption says it
@@ -420,8 +420,8 @@ def _curves(
     axes: Axes, frequency: RealArray, before: RealArray, after: RealArray, colour: str
 ) -> None:
     quieter = after < before
-    axes.plot(frequency, before, color=MUTED, lw=1.1, ls=(0, (4, 1.6)), label="baseline")
-    axes.plot(frequency, after, color=colour, linewidth=1.5, label="optimised")
+    axes.plot(frequency, before, color=MUTED, lw=1.1, ls=(0, (4, 1.6)), label="today")
+    axes.plot(frequency, after, color=colour, linewidth=1.5, label="new")
     axes.fill_between(
         frequency,
         before,
@@ -430,7 +430,7 @@ def _curves(
         color=colour,
         alpha=0.22,
         linewidth=0.0,
-        label="quieter than baseline",
+        label="quieter than today",
     )
 
 
@@ -466,8 +466,8 @@ def _peaks(
 ) -> None:
     """Mark the peaks of both curves and write the frequency of each place once."""
     looks = (
-        ("v", _ABOVE, "white", MUTED, "baseline"),
-        ("^", -_ABOVE, colour, colour, "optimised"),
+        ("v", _ABOVE, "white", MUTED, "today"),
+        ("^", -_ABOVE, colour, colour, "new"),
     )
     for curve, frequencies, (shape, above, fill, edge, name) in zip(
         curves, peaks, looks, strict=True

@@ -16,7 +16,7 @@ from deboom.mounts.mount import Mount, bracket_softness
 from deboom.pages.motion import factor_name
 from deboom.pages.supplier_study import Direction, SupplierStudy
 from deboom.physics.dynamic_stiffness import N_PER_MM
-from deboom.plot.style import INK, MUTED, mount_colours
+from deboom.plot.style import INK, MUTED, mount_colours, signed
 from deboom.supplier.numbers import ALL, MachineState, SupplierEffects, machine_states
 from deboom.supplier.sheet import (
     NAN,
@@ -270,12 +270,31 @@ class MountSheet(PartSheet):
                 " Erwartet ist die Änderung in Fahrzeugen, mit dem, was Karosserien, Gummi und "
                 "Amplituden bewirken können.",
             )
+        if self.sources.box is not None:
+            text += self._given_up()
         if "other_model" in self.levels:
             text += self.language.say(
                 " A second model of the vehicle gives the last column.",
                 " Ein zweites Modell des Fahrzeugs gibt die letzte Spalte.",
             )
         return text
+
+    def _given_up(self) -> str:
+        """Say what parts in the middle of all bands bring against the wanted design."""
+        study = self.study
+        both = study.index(np.stack([study.space.nominal, study.wanted]))
+        wanted = float(study.mean(both[1] - both[0]) * study.per_vehicle)
+        inside = float(study.mean(self.effects.change[ALL]))
+        if inside - wanted < NOTICEABLE:
+            return ""
+        numbers = [signed(inside, 1), signed(wanted, 1), f"{inside - wanted:.1f}"]
+        comma = [number.replace(".", ",") for number in numbers]
+        return self.language.say(
+            f" All parts in the middle of their bands bring {numbers[0]} dB, the wanted design "
+            f"{numbers[1]} dB: {numbers[2]} dB are given up for the bands.",
+            f" Alle Teile in der Mitte ihrer Bänder bringen {comma[0]} dB, der gewünschte Entwurf "
+            f"{comma[1]} dB: {comma[2]} dB werden für die Bänder aufgegeben.",
+        )
 
     @cached_property
     def variants(self) -> pd.DataFrame:
@@ -357,6 +376,12 @@ class MountSheet(PartSheet):
             share, bound = self.percent(box.share_stated), self.percent(box.share_bound)
             limit = say("the noise limit", "den Geräuschgrenzwert")
             below = box.limit_below_today_db
+            if box.gain_kept is not None:
+                kept = self.percent(box.gain_kept)
+                limit += say(
+                    f" ({kept} of what the wanted design brings each vehicle)",
+                    f" ({kept} dessen, was der gewünschte Entwurf jedem Fahrzeug bringt)",
+                )
             if below is not None:
                 less = say(f" less {below:g} dB", f" weniger {below:g} dB") if below else ""
                 limit += say(

@@ -26,7 +26,7 @@ from deboom.pages.front_answer import (
     part_table,
     peaks_sentence,
     price_table,
-    report_loudest_sound,
+    report_loudest,
     vehicle_table,
     weights_sentence,
 )
@@ -298,7 +298,9 @@ def _answer(report: Report, view: MountFront, run: str) -> None:
         decimals=2,
     )
     report.panel("What it costs", price)
-    report_loudest_sound(report, fleet, best, view.index.pressure, "first order")
+    report_loudest(
+        report, fleet, best, view.index.pressure, "first order", "compressor speed [rpm]"
+    )
     report.panel(
         "What to do next",
         Step("deboom run compressor_front --cars FOLDER", "the same with measured cars"),

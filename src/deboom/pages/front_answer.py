@@ -7,14 +7,15 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from deboom import plot
 from deboom.arrays import PERCENT, ComplexArray, RealArray
 from deboom.errors import listed
 from deboom.files.sound import run_up_files
 from deboom.measurement.booming_peaks import PeakChange
 from deboom.mounts.mount import Mount
 from deboom.physics.sound_level import full_scale
-from deboom.plot.style import signed
-from deboom.report import Report, Sound, Table
+from deboom.plot.style import ACCENT, INK, signed
+from deboom.report import Picture, Report, Sound, Table
 from deboom.vehicles.expected_change import SHARE, ExpectedChange, Information, Interval
 from deboom.vehicles.fleet_front import COMMON_PERCENTILE, FleetFront
 from deboom.vehicles.free_directions import NOTICEABLE
@@ -188,6 +189,30 @@ def expected_sentence(expected: ExpectedChange | str, predicted: float) -> str:
     )
 
 
+def certainty_sentence(expected: ExpectedChange | str, predicted: float, old_stops: float) -> str:
+    """Say how sure the mean change is, and under which condition; `old_stops` nan: not known.
+
+    - `expected`: of the design, or the sentence that says why nothing is expected.
+    - `predicted`, `old_stops`: mean change in the model, and if only the rubber gets softer [dB].
+    """
+    condition = ""
+    if np.isfinite(old_stops):
+        condition = (
+            f", if the stops are re-tuned with the stiffness; if only the rubber gets softer: "
+            f"{signed(old_stops, 1)} dB"
+        )
+    if isinstance(expected, str):
+        return f"How sure: {expected}. In the model {signed(predicted, 1)} dB{condition}."
+    low, high = (signed(float(end), 1) for end in (expected.mean.low, expected.mean.high))
+    worst = ""
+    if len(expected.predicted) > 1:
+        worst = f", in the car that gains least {_ends(expected.worst)} dB"
+    return (
+        f"How sure: with {PERCENT * SHARE:.0f} % the mean change of these cars lies between {low} "
+        f"and {high} dB{worst}{condition}."
+    )
+
+
 LITTLE_NARROWER = 0.1
 """Share of an interval by which it is hardly narrower [1]."""
 
@@ -321,17 +346,24 @@ def _half(value: float) -> str:
     return f"{value:.2f}" if value < TWO_DIGITS else f"{value:.1f}"
 
 
-def report_loudest_sound(
+DRAWN_CARS, BAND = 64, (5.0, 95.0)
+"""Cars as made behind the band of the picture, and its percentiles [%]."""
+PICTURE_WIDTH = 4.4
+"""Of the first screen [inch]."""
+
+
+def report_loudest(
     report: Report,
     fleet: FleetFront,
     design: RealArray,
     pressure: Callable[[RealArray], ComplexArray],
     run_up: str,
+    speed_label: str = "engine speed [rpm]",
 ) -> None:
-    """Let the reader hear the vehicle with the loudest line today, before and after.
+    """Show, and let the reader hear, the vehicle with the loudest line today, today and new.
 
     - `pressure`: from designs (n, k) to complex peak amplitudes (n, v, n_frequency) [Pa].
-    - `run_up`: what is heard, in words.
+    - `run_up`: what is heard, in words; `speed_label`: what turns.
     """
     both = np.stack([fleet.today, design])
     row = int(fleet.levels(fleet.today).max(axis=1).argmax())
@@ -339,11 +371,38 @@ def report_loudest_sound(
     # of all vehicles, so that it is as loud as in the interactive page and by `deboom listen`
     scale = full_scale(sounds)
     files = run_up_files(sounds[:, row], fleet.frequency, SOUND_SECONDS, SOUND_RATE, scale)
+    words = (
+        f"Level over speed in {fleet.vehicles[row]}, today and new. Shade: 90 % of the cars with "
+        "new parts as made."
+    )
     report.panel(
-        f"Hear {fleet.vehicles[row]}, the loudest today",
-        *(Sound(name, wav) for name, wav in zip(("today", "new"), files, strict=True)),
+        f"{fleet.vehicles[row]}, the loudest ear today",
+        Picture(lambda: _loudest_levels(fleet, design, row, speed_label), words, words),
+        *(Sound(name, wav) for name, wav in zip((TODAY, NEW), files, strict=True)),
         f"Run-up of the model, {run_up}; full scale {scale:.3g} Pa in both, as by deboom listen. "
         "Use headphones.",
+    )
+
+
+TODAY, NEW = "today", "new"
+
+
+def _loudest_levels(
+    fleet: FleetFront, design: RealArray, row: int, speed_label: str
+) -> plot.Figure:
+    made = fleet.front.judge.sets[0].made(design)[:DRAWN_CARS]
+    ends = np.percentile(np.asarray(fleet.model.levels(made))[:, row], BAND, axis=0)
+    curves = {TODAY: fleet.levels(fleet.today)[row], NEW: fleet.levels(design)[row]}
+    panel = plot.CurvePanel("", fleet.frequency, curves, ranges={NEW: (ends[0], ends[1])})
+    return plot.curve_panels(
+        [panel],
+        y_label="SPL [dB(A)]",
+        columns=1,
+        dashed=(TODAY,),
+        colours={TODAY: INK, NEW: ACCENT},
+        order=fleet.order,
+        speed_label=speed_label,
+        width=PICTURE_WIDTH,
     )
 
 

@@ -150,8 +150,11 @@ def _answer(report: Report, measured: MeasuredUnbalance, alarms: Sequence[str]) 
     """Say both unbalances, how far they may be believed, and what comes next."""
     evaluation, chosen = measured.evaluation, measured.evaluation.chosen
     static, dynamic = chosen.sources.static, chosen.sources.dynamic
+    sure = f"Do not rely on it, {alarms_in_words(alarms)}" if alarms else "Use it"
     decided = (
-        f"{overall(measured.verdicts).value.capitalize()}: static" if measured.limits else "Static"
+        f"{overall(measured.verdicts).value.capitalize()}: static"
+        if measured.limits
+        else f"{sure}, though no limit says whether it is good: static"
     )
     report.answer(
         f"{decided} unbalance {1e6 * abs(static.value):.2f} g mm "
@@ -161,6 +164,8 @@ def _answer(report: Report, measured: MeasuredUnbalance, alarms: Sequence[str]) 
         f"How sure: in brackets the interval of {100 * evaluation.options.confidence:g} %; rotor, "
         f"gas and mounts leave {chosen.sources.remaining_chi:.2f} times the noise, route "
         f"{chosen.route.letter}; {alarms_in_words(alarms)}.",
+        "What not to trust: lines near a resonance of the mounts, where the curves are hatched; "
+        "the fit over all speeds does not depend on them.",
     )
     report.panel(
         "What to do next",

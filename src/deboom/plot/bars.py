@@ -78,7 +78,7 @@ def factor_rows(
         bars.tick_params(axis="y", length=0)
         bars.set_xlabel(x_label)
         table.set_axis_off()
-        table.set_title(f"{title}\n", loc="right", fontsize=8.0, color=MUTED, pad=8.0)
+        table.set_title(title, loc="right", fontsize=8.0, color=MUTED, pad=19.0)
         above: dict[str, Any] = {"ha": "right", "va": "bottom", "transform": table.transAxes}
         for end, heading in zip(_PLACES, headings, strict=True):
             table.text(end, 1.015, heading, fontweight="bold", **above)

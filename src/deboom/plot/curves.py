@@ -35,6 +35,7 @@ _DASH, _GAP = 4.0, 1.6  # in line widths
 _TICKS = (10, 20, 30, 50, 70, 100, 150, 200, 300, 500)  # Hz
 _HATCHES = ("////", "....", "xxxx", "----")
 _MASK_FACE, _MASK_EDGE = "#F1EFEA", "#BDB6A6"
+_FEW_DECADES = 300.0  # ratio of the ends of a logarithmic axis below which 2 and 5 have room
 _THINNEST, _WIDER, _WIDEST = 1.2, 0.4, 2.2  # pt
 _LEGEND, _KEY = 105, 7  # characters in a row of the legend, and of each key
 _MARGIN = 0.08  # of the range of the trusted values, above and below
@@ -95,6 +96,7 @@ def curve_panels(
     log_frequency: bool = False,
     fitted: Sequence[tuple[float, float]] = (),
     depth: float | None = None,
+    width: float = FULL_WIDTH,
 ) -> Figure:
     """Draw panels of curves, with one legend for all.
 
@@ -109,6 +111,7 @@ def curve_panels(
     - `log_frequency`: logarithmic frequency axis.
     - `fitted`: frequency bands that are shaded: where a model was fitted [Hz].
     - `depth`: how far below the highest value the scale ends, for levels with notches [unit of y].
+    - `width`: of the figure [inch].
     - raises InputError: no panel, arrays of different lengths, values that are not finite, a label
       without colour, a mask of other lines.
     """
@@ -118,8 +121,9 @@ def curve_panels(
     alike = len(set(spans)) <= 1
     columns = min(columns, max(len(panels), 1))
     height = 0.9 + 0.18 * len(looks.hatch) + 0.15 * (order is not None)
+    panel_height = _PANEL_HEIGHT[columns] * np.sqrt(width / FULL_WIDTH)
     with panel_grid(
-        "curve_panels", len(panels), columns, height, _PANEL_HEIGHT[columns], alike, share_y
+        "curve_panels", len(panels), columns, height, panel_height, alike, share_y, width
     ) as (figure, grid):
         drawn = []
         for place, (axes, panel) in enumerate(zip(grid, panels, strict=True)):
@@ -269,8 +273,15 @@ def plain_logarithmic(axes: Axes) -> None:
     """Set a logarithmic scale with few plain numbers."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
+    class FewTicks(LogLocator):
+        """Ticks at 1, 2 and 5 of few decades, at 1 of many."""
+
+        def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
+            self.set_params(subs=(1.0, 2.0, 5.0) if vmax < _FEW_DECADES * vmin else (1.0,))
+            return super().tick_values(vmin, vmax)
+
     axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_locator(FewTicks())
     axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
@@ -389,7 +400,7 @@ def spl_curves(
     by_curves = np.mean(rows["new"] - rows["today"], axis=1)
     said = np.asarray(by_curves if change is None else change, dtype=float)
     columns = min(len(vehicles), 2 if len(vehicles) <= 6 else 3)
-    row_height = {1: 2.9 * np.sqrt(width / FULL_WIDTH), 2: 1.85, 3: 1.6}[columns]
+    row_height = {1: 2.9 * np.sqrt(width / FULL_WIDTH), 2: 1.6, 3: 1.6}[columns]
     with panel_grid("spl_curves", len(vehicles), columns, 1.15, row_height, True, True, width) as (
         figure,
         panels,

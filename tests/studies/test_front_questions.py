@@ -62,6 +62,22 @@ def test_what_a_question_says_in_full_is_a_link_to_its_page(finished):
     assert {"report.html", *files} <= set(record)
 
 
+CUT = """[...document.querySelectorAll('main *')].filter((part) => part.clientWidth > 0
+  && part.scrollWidth > part.clientWidth + 1 && getComputedStyle(part).display !== 'inline'
+  && getComputedStyle(part).overflowX !== 'visible')
+  .map((part) => part.textContent.trim().slice(0, 60))"""
+"""Parts of a page whose text goes on beyond their edge."""
+
+
+@pytest.mark.parametrize("name", ["report", "correlation", "sensitivity"])
+def test_nothing_of_a_page_is_cut_and_a_phone_scrolls_none_sideways(finished, browser, name):
+    browser.open(finished / f"{name}.html", width=1440)
+    assert browser.value(CUT) == []
+    browser.resize(400)
+    browser.wait("document.documentElement.clientWidth === 400")
+    assert browser.value("document.documentElement.scrollWidth") == 400
+
+
 def test_the_front_is_that_of_the_front_study(finished, tmp_path):
     front = run_study(STUDY, tmp_path, {**SEARCH, "with_": "none"})
     for name in ("front.csv", "picks.csv", "stiffness.csv", "vehicles.csv"):

@@ -314,6 +314,18 @@ class TestEntry(StrictModel):
     frequencies_hz: AtLeastOne[Positive] | None = None
     """The first one is that of the acceptance lines."""
     temperature_c: float | None = None
+    temperature_tolerance_c: NotNegative | None = None
+    second_amplitude_mm: Positive | None = None
+    """Peak amplitude at which |K| is measured besides, for its dependence on amplitude."""
+    loss_factor_tolerance: Share | None = None
+    """Relative; the loss factor is reported, and not judged."""
+    static_rate_tolerance: Share | None = None
+    """Relative; the static rate is reported, and not judged."""
+    ageing: Title | None = None
+    fixture: Title | None = None
+    """What holds the part, and its stiffness."""
+    sampling: Title | None = None
+    first_articles: Title | None = None
     conditioning_cycles: Annotated[int, Field(ge=0)] | None = None
     uncertainty: Annotated[float, Field(ge=0.0, lt=0.5)] | None = None
     """Measuring uncertainty of a stiffness, relative, expanded to 95 %."""

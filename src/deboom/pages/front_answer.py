@@ -379,8 +379,7 @@ def report_loudest(
         f"{fleet.vehicles[row]}, the loudest ear today",
         Picture(lambda: _loudest_levels(fleet, design, row, speed_label), words, words),
         *(Sound(name, wav) for name, wav in zip((TODAY, NEW), files, strict=True)),
-        f"Run-up of the model, {run_up}; full scale {scale:.3g} Pa in both, as by deboom listen. "
-        "Use headphones.",
+        f"Run-up of the model, {run_up}; full scale {scale:.3g} Pa in both. Use headphones.",
     )
 
 

@@ -111,6 +111,15 @@ def box_report(
             f"No box keeps {_percent(USUAL_SHARE, 0)} of the vehicles' gains; "
             f"{_percent(study.gain_kept, 0)} is the largest share, in steps of 10 %, that has one."
         )
+    outside = study.effective & ((study.point < study.box.lower) | (study.point > study.box.upper))
+    if outside.any():
+        names = ", ".join(
+            f"{study.variables[k]} {study.point[k]:.2f}" for k in np.flatnonzero(outside)
+        )
+        report.warn(
+            f"The design that was asked for lies outside the box in {names}: the largest box asks "
+            "for other parts there, so that the other directions may be wide."
+        )
     if not study.solution.confirmed:
         report.warn(
             f"The verification does not confirm the stated share: {_percent(check.bound, 2)} with "

@@ -387,18 +387,24 @@ def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> 
             title = f"{name.capitalize()}, {case_name(pressure)}"
             masked = _curve(sweep, name).reasons
             panels.append(CurvePanel(title, sweep.frequency, curves, y_label=label, masked=masked))
-    report.figure(
-        "figure_62_hoses",
-        lambda: plot.curve_panels(
-            panels,
-            columns=min(2, len(pressures)),
-            dashed=(TRUTH,),
-            order=1.0,
-            speed_label=ROTOR,
-        ),
-        "Unbalance as it appears with the hoses of the vehicle against hoses cut "
-        "off (thesis, figure 62). The difference is what the hoses push back.",
-    )
+    if all(_is_masked(panel) for panel in panels):
+        report.text(
+            "No line of the unbalance is to be trusted where hoses are joined and cut off alike: "
+            "nothing is drawn."
+        )
+    else:
+        report.figure(
+            "figure_62_hoses",
+            lambda: plot.curve_panels(
+                panels,
+                columns=min(2, len(pressures)),
+                dashed=(TRUTH,),
+                order=1.0,
+                speed_label=ROTOR,
+            ),
+            "Unbalance as it appears with the hoses of the vehicle against hoses cut "
+            "off (thesis, figure 62). The difference is what the hoses push back.",
+        )
     forces = _force_panels(joined, measured.truth)
     report.figure(
         "figure_62c_forces",
@@ -406,6 +412,12 @@ def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> 
         "Forces inside as they appear with the hoses joined (thesis, figure 62c): where the hoses "
         "resonate, they stand beside the truth of rotor and gas.",
     )
+
+
+def _is_masked(panel: CurvePanel) -> bool:
+    """Say whether a panel has a reason against every line."""
+    reasons = [np.asarray(lines, dtype=bool) for lines in panel.masked.values()]
+    return bool(reasons) and bool(np.any(reasons, axis=0).all())
 
 
 def _widest(result: RouteResult) -> dict[float, SweepUnbalance]:

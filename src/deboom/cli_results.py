@@ -88,6 +88,10 @@ def report(
             help="Replace names of vehicles by letters, and leave out limits and levels.",
         ),
     ] = False,
+    decibels: Annotated[
+        bool,
+        typer.Option(help="Say on the sheet what parts and tolerances bring in the cabin."),
+    ] = True,
     design: DESIGN = Pick.best_mean,
     box: Annotated[
         Path | None, typer.Option(help="Acceptance box, or a run of solution_box.")
@@ -107,7 +111,7 @@ def report(
     """Write further pages from a finished run: for a mount supplier, or to explore its front.
 
     --supplier writes two pages of A4 and a workbook for each mount of an engine or, from a run of
-    compressor_front, of a compressor. They state one nominal stiffness, one band and one
+    compressor_front, of a compressor. They state one new stiffness, one band and one
     state per direction, the test of a part, the rules of acceptance, the demands on the process,
     and the worth of a better process. Bands and limits come from --box, or bands from --tolerances
     if there is no box, and part numbers from --sharing. programme.toml beside the platform gives
@@ -158,6 +162,7 @@ def report(
         pick=design,
         files=SheetFiles(box, tolerances, sharing, since),
         language=language,
+        decibels=decibels,
     )
     if written.missing:
         fields = ", ".join(written.missing)

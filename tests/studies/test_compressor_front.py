@@ -89,9 +89,9 @@ def test_the_supplier_gets_the_sheet_of_every_mount(finished, summary, tmp_path)
         wanted = required.loc[name]
         assert row["direction"] == name
         ratio = wanted["wanted / today [1]"]
-        assert row["nominal, of today's [%]"] == pytest.approx(100.0 * ratio)
+        assert row["new, of today's [%]"] == pytest.approx(100.0 * ratio)
         assert row["from, of today's [%]"] == pytest.approx(100.0 * ratio * 0.85)
-        for key, column in (("nominal |K|", "wanted"), ("today |K|", "today")):
+        for key, column in (("new |K|", "wanted"), ("today |K|", "today")):
             assert row[f"{key} [N/mm]"] == pytest.approx(wanted[f"{column} [N/mm]"], rel=1e-9)
     worth = dict(zip(*list(book["worth"].iter_rows(values_only=True))[::2], strict=True))
     share = required.loc["mounts radial", "share of sigma [%]"]

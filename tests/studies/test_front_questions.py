@@ -1,7 +1,9 @@
 """The front study with its further questions at a tiny budget."""
 
 import json
+import re
 from dataclasses import replace
+from html import unescape
 
 import numpy as np
 import pandas as pd
@@ -44,6 +46,36 @@ def test_numbers_of_a_further_question_begin_with_its_name(summary):
     assert summary["correlation_n_designs"] == 32
     assert summary["n_evaluated"] == 24
     assert (summary["n_failed"], summary["correlation_n_failed"]) == (0, 0)
+
+
+def test_what_a_question_says_in_full_is_a_link_to_its_page(finished):
+    html = (finished / "report.html").read_text(encoding="utf-8")
+    said = json.loads((finished / "answer.json").read_text())["panels"]["Further questions"]
+    files = re.findall(r'<a href="([\w.]+\.html)"', html)
+    assert files == ["correlation.html", "correlation_within_group.html", "sensitivity.html"]
+    for name, sentence in zip(("correlation", "sensitivity"), said, strict=True):
+        page = (finished / f"{name}.html").read_text(encoding="utf-8")
+        assert unescape(page.partition('class="verdict">')[2].partition("<")[0]) == sentence
+        assert "<h2" in page
+    assert "Correlation" not in re.findall(r"<h2[^>]*>([^<]*)</h2>", html)
+    record = json.loads((finished / "run.json").read_text())["files_sha256"]
+    assert {"report.html", *files} <= set(record)
+
+
+CUT = """[...document.querySelectorAll('main *')].filter((part) => part.clientWidth > 0
+  && part.scrollWidth > part.clientWidth + 1 && getComputedStyle(part).display !== 'inline'
+  && getComputedStyle(part).overflowX !== 'visible')
+  .map((part) => part.textContent.trim().slice(0, 60))"""
+"""Parts of a page whose text goes on beyond their edge."""
+
+
+@pytest.mark.parametrize("name", ["report", "correlation", "sensitivity"])
+def test_nothing_of_a_page_is_cut_and_a_phone_scrolls_none_sideways(finished, browser, name):
+    browser.open(finished / f"{name}.html", width=1440)
+    assert browser.value(CUT) == []
+    browser.resize(400)
+    browser.wait("document.documentElement.clientWidth === 400")
+    assert browser.value("document.documentElement.scrollWidth") == 400
 
 
 def test_the_front_is_that_of_the_front_study(finished, tmp_path):

@@ -81,6 +81,22 @@ def test_a_slider_moves_by_key_and_the_verdict_is_said_when_it_is_let_go(page):
     page.focus("#live-back")
     page.key("Enter")
     assert set(design(page)) == {1.0}
+    page.focus("#live-again")
+    page.key("Enter")
+    assert design(page)[6] == 0.8
+    press = (
+        "document.body.dispatchEvent(new KeyboardEvent('keydown', {{key: '{}', {}bubbles: true}}))"
+    )
+    page.value(press.format("z", "ctrlKey: true, "))
+    assert set(design(page)) == {1.0}
+    page.value(press.format("Z", "ctrlKey: true, shiftKey: true, "))
+    assert design(page)[6] == 0.8
+    page.value(press.format("z", ""))
+    assert design(page)[6] == 0.8
+    page.focus(slider("EnM z"))
+    page.key("End")
+    fresh(page)
+    assert page.value("document.getElementById('live-again').disabled")
 
 
 def test_the_address_keeps_the_design_and_refuses_one_of_other_variables(page, path):
@@ -220,6 +236,16 @@ def test_the_live_part_needs_no_scrolling_and_a_phone_none_sideways(page):
         page.resize(width, 900)
         page.wait(f"document.documentElement.clientWidth === {width}")
         assert page.value("document.documentElement.scrollWidth") == width
+
+
+def test_on_a_phone_the_designs_of_the_run_are_folded_and_drawn_when_opened(page, path):
+    page.open(path, width=400)
+    page.wait("document.getElementById('live-cards').children.length > 0")
+    assert not page.value("document.getElementById('designs').open")
+    folded = page.value("document.documentElement.scrollHeight")
+    page.value("document.getElementById('designs').open = true")
+    page.wait("document.querySelector('#parallel svg').getBoundingClientRect().width > 300")
+    assert folded < 0.7 * page.value("document.documentElement.scrollHeight")
 
 
 def test_arrow_keys_read_a_curve(page):

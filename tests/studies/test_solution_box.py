@@ -1,5 +1,6 @@
 """The acceptance box of the shipped platform, found with few parts."""
 
+import json
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,8 +11,11 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore import selection
-from deboom.explore.largest_box import BoxEffort, largest_box
+from deboom.explore.largest_box import BoxEffort, NoBoxFound, largest_box
 from deboom.files.acceptance import read_solution_box
+from deboom.files.run_folder import read_run
+from deboom.pages.solution_box import BoxStudy
+from deboom.runs.platform_options import MotionOptions
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold
@@ -98,6 +102,54 @@ def test_the_point_of_a_finished_front_is_taken_if_its_variables_are_the_same(mo
     other = SimpleNamespace(space=SimpleNamespace(names=("EnM x",)))
     with pytest.raises(InputError, match="take a front of the same platform"):
         module.pareto_point(other, options, None)
+
+
+def test_about_a_front_each_vehicle_keeps_80_percent_of_its_gain(tmp_path, monkeypatch):
+    model = STUDY.module.prepare(STUDY.module.Options(motion=MotionOptions(Motion.prescribed)))
+    picked = np.where(np.isin(model.space.names, ["TSM x", "Du x"]), 0.8, 1.0)
+    monkeypatch.setattr(
+        STUDY.module,
+        "supplier_study",
+        lambda *_: SimpleNamespace(space=model.space, picked=picked),
+    )
+    folder = run(tmp_path, front=tmp_path)
+    vehicles = pd.read_csv(folder / "vehicles.csv")
+    today, limit = vehicles["today [dB(A)]"], vehicles["limit [dB(A)]"]
+    new = vehicles["Pareto point [dB(A)]"]
+    gain = today - new
+    assert gain.max() > 1.0
+    expected = np.where(gain < 0.3, new + 0.1, today - 0.8 * gain)
+    assert limit.to_numpy() == pytest.approx(expected, abs=1e-9)
+    box = read_solution_box(folder / "acceptance_box.json")
+    assert (box.gain_kept, box.limit_below_today_db) == (0.8, None)
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["change_of_design_db"] == pytest.approx(-gain.mean())
+    inside = (vehicles["in the box, mean [dB(A)]"] - today).mean()
+    assert summary["change_inside_db"] == pytest.approx(inside)
+    words = read_run(folder).answer.verdict + " ".join(read_run(folder).answer.remarks)
+    assert f"by the design itself −{gain.mean():.1f} dB" in words
+
+
+def test_where_no_box_keeps_80_percent_the_largest_share_with_one_is_taken(monkeypatch):
+    module, asked = STUDY.module, []
+    model = SimpleNamespace(
+        space=SimpleNamespace(nominal=np.ones(1)),
+        response=lambda designs: 50.0 + 10.0 * np.asarray(designs) * [1.0, 0.02],
+    )
+    monkeypatch.setattr(module, "question", lambda _model, limit, _options: limit)
+
+    def box(_model, _point, limit, *_):
+        asked.append(limit.tolist())
+        if limit[0] < 58.99:
+            raise NoBoxFound("none")
+        return BoxStudy(*[None] * 5, seed=1, limit_below_today=None)
+
+    monkeypatch.setattr(module, "box_study", box)
+    study = module.box_about(model, np.array([0.8]), module.Options(front=Path("front")), None)
+    assert study.gain_kept == 0.5
+    assert [first for first, _ in asked] == pytest.approx([58.4, 58.6, 58.8, 59.0])
+    # a gain of 0.04 dB is none: the limit is 0.1 dB above the design
+    assert asked[-1][1] == pytest.approx(50.26)
 
 
 @pytest.mark.parametrize(

@@ -42,10 +42,19 @@ def test_every_mount_gets_a_page_and_a_workbook(folder, tmp_path):
     table = pd.read_csv(folder / "sobol.csv")
     total = table[table["variable"] == "TSM x"]["total [1]"].mean()
     assert rows[1][0] == "TSM x"
-    assert rows[1][2] == pytest.approx(100.0 * total)
+    row = dict(zip(rows[0], rows[1], strict=True))
+    assert row["share, with others [%]"] == pytest.approx(100.0 * total)
+    assert row["class"] == "identified"  # spectra were measured in every direction
+    slope = table[table["variable"] == "TSM x"][SLOPE].mean()
+    assert row["level, 1 % stiffer [dB]"] == pytest.approx(slope / 10.0)
+    assert row["level, upper end of tolerance [dB]"] == pytest.approx(1.5 * slope)
+    runs = load_study("sensitivity").model(BUDGET)
+    today = runs.stiffness(runs.cases[0][0], runs.band)[6] * 1e-3
+    assert row["today |K| [N/mm]"] == pytest.approx(today)
     page = (tmp_path / "supplier_sheet_TSM.html").read_text(encoding="utf-8")
     assert "U06-5" in page
     assert "evenly within ±15 %" in page
+    assert "TSM-001" in page
 
 
 def test_an_anonymous_german_sheet_names_no_vehicle(folder, tmp_path):

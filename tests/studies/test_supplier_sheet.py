@@ -195,7 +195,7 @@ def test_only_this_part_is_what_the_model_says_directly(sheet, study):
 
     assert np.allclose(sheet.effects.change["TSM"], then - now, atol=1e-12)
     table = sheet.levels.set_index("design")
-    alone = table.loc["only this part at nominal"]
+    alone = table.loc["only this part new"]
     assert alone["change"] == pytest.approx((then - now).mean())
     assert 0.0 < alone["change_half_width"] < 0.3 * abs(alone["change"])
     assert table.loc["today", "level"] == pytest.approx(now.mean())
@@ -311,6 +311,58 @@ def test_a_band_is_the_allocations_or_the_searchs_where_no_box_was_made(study, t
     assert "tolerance allocation" in allocated.rests_on
     assert searched.rests_on == "± 15 % about the wanted design; no limit demands it"
     assert searched.specification.musts == {}
+
+
+def test_without_a_box_the_sheet_says_how_parts_are_tested_and_that_nothing_is_judged(study):
+    sheet = sheet_of(study)
+    state, value, part = sheet.rules
+    assert state.startswith("State: a row counts if its preload is within ± 5 %")
+    assert "loss factor and static rate are reported" in value
+    assert part.startswith("Part: no direction is a must, so no part fails by this sheet.")
+    html, _ = documents(sheet, "")
+    assert "Raise the preload, a force, from zero without overshoot" in html
+    assert "How a delivery is judged" in html
+
+
+def test_conditions_that_nobody_stated_are_to_be_agreed_and_stated_ones_are_shown(study):
+    sheet = sheet_of(study)
+    due = {"ageing and relaxation", "fixture", "sampling", "first articles"}
+    assert due | {"tolerance of the loss factor"} <= set(sheet.missing)
+    test = acceptance.TestEntry(
+        temperature_c=23.0,
+        temperature_tolerance_c=2.0,
+        loss_factor_tolerance=0.2,
+        fixture="steel, above 50 kN/mm",
+    )
+    programme = sheet.agreed.model_copy(update={"test": test})
+    head = sheet_of(study, programme=programme).head
+    assert (head["temperature"], head["loss_tolerance"]) == ("23 ± 2", "± 20 %")
+    assert head["fixture"] == "steel, above 50 kN/mm"
+
+
+def test_the_test_point_lies_on_the_curve_of_the_new_part(sheet):
+    (panel,) = (panel for panel in sheet.curves.dynamic if panel.title == "TSM x")
+    (force,), (stiffness,) = panel.points["new"]
+    at = np.interp(force, panel.abscissa, panel.curves["new"])
+    assert stiffness == pytest.approx(at, rel=0.01)
+    demand = next(d for d in sheet.specification.directions if d.name == "TSM x")
+    assert panel.note == f"must, {demand.amplitude_mm:g} mm, {demand.frequency_hz:g} Hz"
+
+
+def test_a_german_sheet_names_the_part_in_german_and_decibels_can_be_left_out(study):
+    mount = next(m for m in study.platform.mounts if m.name == "TSM")
+    german = replace(
+        sheet_of(study, language=Language.de),
+        mount=replace(mount, description_de="Drehmomentstütze"),
+    )
+    assert german.description == "Drehmomentstütze"
+    assert sheet_of(study).description == mount.description
+    silent, workbook = documents(replace(german, decibels=False), "")
+    assert "Drehmomentstütze" in silent
+    assert "Was es wert ist" not in silent
+    words = sources.workbook_text(workbook)
+    assert "10 % steifer" not in words
+    assert "alle Teile neu" not in words
 
 
 def test_the_test_has_specification_and_guarded_limits(sheet, study, box_run):
@@ -475,6 +527,9 @@ def test_a_sheet_is_two_pages_of_paper(study, box_run, sharing_run, few_draws, b
         page.write_text(html, encoding="utf-8")
         browser.open(page)
         pages[page.stem] = browser.printed_pages()
+        browser.resize(400)
+        browser.wait("document.documentElement.clientWidth === 400")
+        assert browser.value("document.documentElement.scrollWidth") == 400
     assert pages == dict.fromkeys(pages, 2)
 
 

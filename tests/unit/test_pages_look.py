@@ -22,6 +22,7 @@ from deboom.errors import InputError
 from deboom.files.check import check_folder
 from deboom.files.kinds import FolderKind
 from deboom.files.uff import read_uff, write_uff
+from deboom.pages import look
 from deboom.pages.look import _waterfall, look_report
 from deboom.plot import places
 from deboom.report import Report
@@ -86,6 +87,7 @@ def test_every_kind_of_folder_is_drawn(tmp_path, kind):
     assert kind not in DRAWN or report.failures == []
     assert report.warnings == []
     assert report.summary == {"n_faults": 0}
+    assert report.verdict.startswith("It looks right to deboom check: no fault")
     summary = check_folder(folder)[2]
     assert len(report.tables["held"]) == len(summary.splitlines())
     assert all(path.exists() for path in report.inputs)
@@ -103,6 +105,18 @@ def test_a_waterfall_shows_the_peak_of_a_tone():
     level, loudest = points.get_array(), np.argmax(points.get_array())
     assert level[loudest] == pytest.approx(20.0 * np.log10(amplitude), abs=1e-6)
     assert points.get_offsets()[loudest, 0] == line
+
+
+def test_impacts_without_coherence_are_named_in_the_first_sentence():
+    """Channels × lines × impacts: I02 has a dead channel, I01 a notch at 60 Hz."""
+    frf = SimpleNamespace(inputs=("I01", "I02"), frequency=np.array([20.0, 40.0, 60.0]))
+    coherence = np.full((3, 4, 2), 0.99)
+    coherence[2, 1, 0] = 0.05
+    words = look._coherence_in_words(frf, coherence)
+    assert words.endswith("the least coherence is 0.05, I01 at 60 Hz")
+    coherence[:2, 3, 1] = 0.3
+    words = look._coherence_in_words(frf, coherence)
+    assert words.startswith("look at the coherence of I02 (0.30), whose worst channel")
 
 
 def test_what_the_numbers_contradict_is_a_warning_beside_its_picture(tmp_path):

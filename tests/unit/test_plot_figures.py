@@ -10,11 +10,13 @@ import pytest
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 from PIL import Image
+from scipy.cluster import hierarchy
 
 from deboom import plot as figures
 from deboom.errors import InputError
 from deboom.plot import style
 from deboom.plot.style import as_png, mount_of, signed, vehicle_colours
+from figure_text import faults_of_text
 from pinned_pages import described, hold
 
 VARIABLES = [f"{mount} {axis}" for mount in ("EnM", "GeM", "TSM", "Du") for axis in "xyz"]
@@ -145,6 +147,59 @@ def test_every_axis_has_a_unit_text_is_legible_and_nothing_leaves_the_figure(nam
     assert drawn_box.y1 <= height
 
 
+def decades(n_points):
+    """Draw moments over five decades, as a component's blocked forces."""
+    lines = np.linspace(20.0, 140.0, 50)
+    curve = {"a": 10.0 ** np.linspace(-3.3, 1.3, 50)}
+    panels = [
+        figures.CurvePanel(f"point {k} my", lines, curve, logarithmic=True) for k in range(n_points)
+    ]
+    return figures.curve_panels(panels, columns=3, y_label="moment [N m]")
+
+
+def families(names):
+    n = len(names)
+    merges = hierarchy.linkage(np.arange(2.0 * n).reshape(n, 2), "average")
+    merges[:, 2] = np.linspace(0.05, 0.5, n - 1)
+    return figures.clustered_matrix(names, 0.5 + 0.5 * np.eye(n), merges, [1] * n, cut=0.9)
+
+
+def inertances():
+    values = 10.0 ** np.random.default_rng(1).uniform(-3.0, 2.0, (50, 6, 6))
+    return figures.curve_matrix(
+        ["x", "y", "z", "rx", "ry", "rz"],
+        np.linspace(10.0, 150.0, 50),
+        {"measured": values},
+        units=["1/kg", "1/(kg m)", "1/(kg m²)"],
+        what="|inertance|",
+        logarithmic=True,
+    )
+
+
+CROWDED = {
+    "decades": (lambda: decades(6), lambda: ((), {})),
+    "families": (lambda: families([f"F45-battery-{k}" for k in range(5)]), lambda: ((), {})),
+    "inertances": (inertances, lambda: ((), {})),
+    "many cars": (figures.spl_curves, lambda: spl_arguments(7)),
+}
+
+
+@pytest.mark.parametrize("name", [*FIGURES, *CROWDED])
+def test_no_text_is_cut_or_overlaps(name, drawn):
+    function, arguments = {**FIGURES, **CROWDED}[name]
+    assert faults_of_text(drawn(function, arguments())) == []
+
+
+def test_text_that_is_cut_or_overlaps_is_found(drawn):
+    figure = drawn(*FIGURES["stiffness_bars"][:1], stiffness_arguments())
+    words = {"over the edge": (0.9, 0.5), "one": (0.4, 0.5), "two": (0.41, 0.5)}
+    for text, place in words.items():
+        figure.text(*place, f"{text} of several", fontsize=12.0)
+    cut, pair = faults_of_text(figure)[0], faults_of_text(figure)[-1]
+    assert cut.startswith("'over the edge of several' is cut: ")
+    assert pair == "'one of several' and 'two of several' overlap"
+
+
 def test_figures_show_what_they_showed(tmp_path):
     (*arrays, _), labels = front_arguments()
     once = ((*arrays, {"best mean": (50.0, 0.4), "knee": (50.0, 0.4)}), labels)
@@ -225,7 +280,7 @@ def changed(make, place, value):
         ("pareto_front", 4, (np.inf, 1.0), "baseline is not finite"),
         ("pareto_front", 5, {"knee": (1.0, np.nan)}, "knee is not finite"),
         ("pareto_front", slice(0, 4), [[], [], [], []], "mean is empty"),
-        ("spl_curves", 0, lambda a: a[:-1], r"baseline has shape \(3, 161\), expected"),
+        ("spl_curves", 0, lambda a: a[:-1], r"today has shape \(3, 161\), expected"),
         ("spl_curves", 5, lambda a: a[:1], "different lengths"),
     ],
 )

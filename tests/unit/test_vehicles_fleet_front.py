@@ -1,11 +1,15 @@
 """Cars as made: how many keep a level, and which level most of them keep."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.stats import norm
 
 import deboom
 from deboom.errors import InputError
+from deboom.measurement.booming_peaks import compare_peaks
+from deboom.pages.front_answer import peaks_sentence
 from deboom.runs.search import peak_rise_limits
 from deboom.vehicles.fleet_front import CarLevels, FleetFront
 
@@ -100,3 +104,41 @@ def test_means_of_some_vehicles_are_weighted_among_these():
         np.testing.assert_allclose(fleet.mean(levels), whole, rtol=1e-14)
         np.testing.assert_allclose(fleet.mean(levels, [0, 1, 2]), first_three, rtol=1e-14)
         np.testing.assert_allclose(fleet.mean(levels, [0, 1]), first_two, rtol=1e-14)
+
+
+def test_only_todays_peaks_and_louder_new_ones_count():
+    lines = np.arange(20.0, 41.0)
+
+    def curve(boom, right):
+        return np.interp(lines, [20.0, 25.0, 30.0, 35.0, 40.0], [50.0, boom, 58.0, right, 50.0])
+
+    today, quieter, louder = curve(70.0, 62.0), curve(66.0, 65.0), curve(66.0, 59.0)
+    (only,) = compare_peaks(today, louder, lines, 2.0)
+    assert only.counts
+    boom, new = compare_peaks(today, quieter, lines, 2.0)
+    assert (boom.change, new.before, new.change, new.counts) == (-4.0, None, 3.0, True)
+    # where today is louder than the new peak, it is what remains and no boom that appeared
+    high = np.where(lines > 30.0, 66.0, today)
+    _, remains = compare_peaks(high, quieter, lines, 2.0)
+    assert (remains.before, remains.change, remains.counts) == (None, -1.0, False)
+
+
+@pytest.mark.parametrize(
+    ("right", "words"),
+    [
+        (59.0, "today's booming peak changes by −4.0 dB"),
+        (
+            65.0,
+            "one booming peak becomes louder than today, most of all car at 35 Hz, by 3.0 dB; "
+            "today there are 1",
+        ),
+    ],
+)
+def test_the_sentence_on_peaks_counts_those_of_today(right, words):
+    lines = np.arange(20.0, 41.0)
+    levels = [
+        np.interp(lines, [20.0, 25.0, 30.0, 35.0, 40.0], [50.0, boom, 58.0, side, 50.0])
+        for boom, side in ((70.0, 62.0), (66.0, right))
+    ]
+    fleet = SimpleNamespace(peak_changes=lambda _: {"car": compare_peaks(*levels, lines, 2.0)})
+    assert peaks_sentence(fleet, np.ones(1)) == words

@@ -15,6 +15,7 @@ from deboom.physics.sound_level import (
     a_weighting,
     band_energy_level,
     energy_sum,
+    full_scale,
     hearing_threshold,
     mean_level,
     peak_level,
@@ -161,7 +162,8 @@ def test_a_run_up_passes_each_pressure_at_its_line():
 
 def test_a_run_up_file_fades_in_and_out_over_50_ms_by_a_cosine():
     lines, pressure, rate = np.array([20.0, 60.0]), np.array([[0.2, 0.3]]), 8000
-    (file,), scale = run_up_files(pressure, lines, 1.0, rate)
+    scale = full_scale(pressure)
+    (file,) = run_up_files(pressure, lines, 1.0, rate, scale)
     heard = wavfile.read(io.BytesIO(file))[1] / 32767
     unfaded = run_up_sound(pressure.T, lines, 1.0, rate)[:, 0] / scale
     time = np.arange(rate) / rate

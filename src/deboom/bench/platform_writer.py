@@ -190,14 +190,14 @@ def powertrain_section(
 
 def mount_sections(
     bench: VirtualBench, wheel_end_mass: float | None = None
-) -> tuple[platform.PlatformMount, ...]:
+) -> tuple[platform.MountEntry, ...]:
     """Return the mounts of a TOML file, with the stated mass of a wheel end [kg]."""
     sections = []
     for mount in bench.mounts:
         pieces = tuple(point.piece for point in layout.points(bench) if point.mount == mount.name)
         mass = None if mount.name in bench.mount_names else wheel_end_mass
         sections.append(
-            platform.PlatformMount(
+            platform.MountEntry(
                 name=mount.name,
                 description=layout.MOUNT_DESCRIPTIONS[mount.name],
                 pieces=pieces if len(pieces) > 1 else None,
@@ -509,6 +509,8 @@ def _platform_file(
 ) -> platform.PlatformFile:
     """Return the content of ``platform.toml``."""
 
+    mounts = [entry.model_dump() for entry in mount_sections(bench, wheel_end_mass)]
+
     def of_body(vehicle: str) -> str:
         return f"{body_file}/{vehicle}.uff"
 
@@ -522,7 +524,7 @@ def _platform_file(
         default_load_case=DEFAULT_LOAD_CASE,
         engine=engine_section(bench),
         powertrain=powertrain_section(sheet),
-        mounts=mount_sections(bench, wheel_end_mass),
+        mounts=tuple(platform.PlatformMount(**entry) for entry in mounts),
         vehicles=tuple(
             platform.VehicleEntry(
                 name=vehicle,

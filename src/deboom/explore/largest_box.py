@@ -98,7 +98,11 @@ class LargestBox(Tabled):
         return self.verified.bound >= self.question.share
 
 
-class UnreachableLimit(InputError):
+class NoBoxFound(InputError):
+    """No box with an interior keeps the share."""
+
+
+class UnreachableLimit(NoBoxFound):
     """No design inside the bounds keeps the limit in as many responses as the share asks for.
 
     Its sentence names the response that binds at the closest ``design``, shape (k,).
@@ -151,7 +155,8 @@ def largest_box(
     Raises
     ------
     InputError
-        `UnreachableLimit`; no start keeps the share; a box with no interior; seed or workers 0.
+        `UnreachableLimit`; `NoBoxFound`, no start keeps the share or the box has no interior; seed
+        or workers 0.
 
     Notes
     -----
@@ -200,7 +205,7 @@ def largest_box(
     say(1, 4, f"{len(ends)} starts")
     volumes = np.array([volume for _, volume in ends])
     if np.isneginf(volumes.max()):
-        raise InputError(
+        raise NoBoxFound(
             "no start has led to a box that keeps the share: raise the limit, lower the share or "
             "give a design about which parts keep it"
         )
@@ -474,7 +479,7 @@ def _refuse_flat(question: BoxQuestion, box: Box) -> None:
     part = np.where(question.free, box.width / span, np.inf)
     column = int(np.argmin(part))
     if part[column] < _NARROWEST:
-        raise InputError(
+        raise NoBoxFound(
             f"the largest box has no interior: '{question.names[column]}' would have to lie "
             f"between {box.lower[column]:.6g} and {box.upper[column]:.6g}; raise the limit, lower "
             "the share or widen the bounds"

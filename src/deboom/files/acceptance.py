@@ -138,6 +138,9 @@ class AcceptanceBox(StrictModel):
     limit_below_today_db : float or None
         How far the limit of each vehicle lies below its level today [dB]; None: one limit was
         stated.
+    gain_kept : float or None
+        Share of each vehicle's gain by the wanted design that its limit keeps [1]; None: the limit
+        was stated.
     together : bool
         A part counts as a whole: all vehicles must keep their limits. Otherwise every pair of part
         and vehicle counts.
@@ -171,6 +174,7 @@ class AcceptanceBox(StrictModel):
     quantity: str
     unit: str
     limit_below_today_db: float | None = None
+    gain_kept: Share | None = None
     together: bool
     variables: AtLeastOne[BoxVariable]
     responses: AtLeastOne[BoxResponse]
@@ -222,8 +226,9 @@ def checksum(entries: Mapping[str, Any]) -> str:
 def box_document(box: AcceptanceBox) -> dict[str, Any]:
     """Put a box into what JSON knows, with its format and the checksum of its entries."""
     entries = box.model_dump(mode="json")
-    if box.limit_below_today_db is None:  # one limit was stated
-        del entries["limit_below_today_db"]
+    for name in ("limit_below_today_db", "gain_kept"):
+        if entries[name] is None:  # earlier boxes, whose checksum holds, have no such entry
+            del entries[name]
     return {"format": FORMAT, "version": VERSION, _CHECKSUM: checksum(entries), **entries}
 
 
@@ -309,6 +314,18 @@ class TestEntry(StrictModel):
     frequencies_hz: AtLeastOne[Positive] | None = None
     """The first one is that of the acceptance lines."""
     temperature_c: float | None = None
+    temperature_tolerance_c: NotNegative | None = None
+    second_amplitude_mm: Positive | None = None
+    """Peak amplitude at which |K| is measured besides, for its dependence on amplitude."""
+    loss_factor_tolerance: Share | None = None
+    """Relative; the loss factor is reported, and not judged."""
+    static_rate_tolerance: Share | None = None
+    """Relative; the static rate is reported, and not judged."""
+    ageing: Title | None = None
+    fixture: Title | None = None
+    """What holds the part, and its stiffness."""
+    sampling: Title | None = None
+    first_articles: Title | None = None
     conditioning_cycles: Annotated[int, Field(ge=0)] | None = None
     uncertainty: Annotated[float, Field(ge=0.0, lt=0.5)] | None = None
     """Measuring uncertainty of a stiffness, relative, expanded to 95 %."""

@@ -9,16 +9,16 @@ from scipy.io import wavfile
 from scipy.signal.windows import tukey
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.physics.sound_level import full_scale, run_up_sound
+from deboom.physics.sound_level import run_up_sound
 
 FADE_S = 0.05
 """Fading in and out, against clicks at both ends [s]."""
 
 
 def run_up_files(
-    pressure: ComplexArray, frequency: RealArray, seconds: float, rate: int
-) -> tuple[list[bytes], float]:
-    """Return the run-ups of one order as WAV files, and their common full scale.
+    pressure: ComplexArray, frequency: RealArray, seconds: float, rate: int, scale: float
+) -> list[bytes]:
+    """Return the run-ups of one order as WAV files.
 
     Parameters
     ----------
@@ -30,11 +30,13 @@ def run_up_files(
         Time from the first line to the last [s].
     rate : int
         Samples per second [Hz].
+    scale : float
+        Full scale, see `deboom.physics.sound_level.full_scale` [Pa].
 
     Returns
     -------
-    list of bytes, float
-        A WAV file of 16 bit for each row, and the pressure that its full scale means [Pa].
+    list of bytes
+        A WAV file of 16 bit for each row.
 
     Raises
     ------
@@ -44,14 +46,13 @@ def run_up_files(
     Examples
     --------
     >>> import numpy as np
-    >>> files, scale = run_up_files(np.ones((1, 2)), np.array([20.0, 60.0]), 1.0, 8000)
-    >>> files[0][:4], round(scale, 2)
-    (b'RIFF', 1.25)
+    >>> files = run_up_files(np.ones((1, 2)), np.array([20.0, 60.0]), 1.0, 8000, scale=1.25)
+    >>> files[0][:4]
+    b'RIFF'
     """
     sounds = run_up_sound(np.asarray(pressure).T, frequency, seconds, rate)
     fade = tukey(len(sounds), 2 * FADE_S / seconds)
-    scale = full_scale(sounds)
-    return [_wav(fade * sound / (scale or 1.0), rate) for sound in sounds.T], scale
+    return [_wav(fade * sound / (scale or 1.0), rate) for sound in sounds.T]
 
 
 def _wav(signal: RealArray, rate: int) -> bytes:

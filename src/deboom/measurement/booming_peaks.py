@@ -56,6 +56,19 @@ class PeakChange:
     level_before: float
     level_after: float
 
+    @property
+    def change(self) -> float:
+        """Level after less level before [dB]."""
+        return self.level_after - self.level_before
+
+    @property
+    def counts(self) -> bool:
+        """Whether it was a peak before, or is a new one that is louder than the curve before.
+
+        What becomes a peak because its neighbours fall further is no boom.
+        """
+        return self.before is not None or self.change > 0.0
+
 
 @dataclass(frozen=True)
 class MatchedPeaks:

@@ -119,7 +119,16 @@ def mount_entry(value: CharacterisedMount) -> dict[str, Any]:
     return {
         "identity": entry(value.identity),
         # brackets and the state of the rubber belong to a car, not to the part
-        **entry(mount, "name", "pieces", "positions", "rotations", "brackets", "rubber"),
+        **entry(
+            mount,
+            "name",
+            "pieces",
+            "positions",
+            "rotations",
+            "brackets",
+            "rubber",
+            "description_de",
+        ),
         "pieces": pieces,
         "quality": dict(value.quality),
         "directions": [_direction(direction) for direction in value.directions],
@@ -202,6 +211,7 @@ def mount_of(entry: Mapping[str, Any]) -> CharacterisedMount:
         transfer_axes=tuple(entry["transfer_axes"]),
         brackets=(),
         rubber=None,
+        description_de="",
     )
     directions = tuple(_direction_of(identity.mount, item) for item in entry["directions"])
     return CharacterisedMount(identity, mount, directions, entry["quality"])

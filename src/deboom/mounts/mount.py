@@ -111,6 +111,7 @@ class Mount:
     - `rotations`: turns of vehicle axes into the axes of each piece, about the fixed axes x, then
       y, then z, ``R = Rz Ry Rx`` as for sensors [rad]; none: all stand along the vehicle's axes.
     - `brackets`: that hold it in the car and were not between the sensors of its test; none: rigid.
+    - `description_de`: the same in German, for German sheets; empty: not known.
     - `rubber`, optional: what is stated of its rubber in the car; None: as in the test.
     - raises InputError: unknown axes; a tolerance below 0 or above the body mass; rotations that
       are not one per piece, not finite or beyond a whole turn.
@@ -126,6 +127,7 @@ class Mount:
     rotations: tuple[tuple[float, float, float], ...] = ()
     brackets: tuple[Bracket, ...] = ()
     rubber: RubberInCar | None = None
+    description_de: str = ""
 
     def __post_init__(self) -> None:
         rotations = tuple(tuple(angles) for angles in self.rotations)

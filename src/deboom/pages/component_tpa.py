@@ -12,7 +12,7 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import ComplexArray, RealArray
-from deboom.errors import InputError
+from deboom.errors import InputError, listed
 from deboom.measurement.component_tpa import (
     INCOMPLETE,
     ComponentTpa,
@@ -25,7 +25,8 @@ from deboom.measurement.quality import quality_table
 from deboom.measurement.uncertainty import COVERAGE
 from deboom.physics.sound_level import REFERENCE_PRESSURE
 from deboom.plot import CurvePanel
-from deboom.report import Report
+from deboom.plot.style import signed
+from deboom.report import Report, Step, Table
 
 SHOWN = 4
 """Points and loads that the page ranks and draws."""
@@ -65,6 +66,7 @@ def component_tpa_report(measured: Measured, seconds: float) -> Report:
     report.inputs += measured.inputs
     report.warn(*result.doubts)
     report.assume(*test.assumed)
+    _answer(report, measured)
     _numbers(report, measured, seconds)
     _procedure(report, result)
     _sound(report, result)
@@ -192,6 +194,62 @@ def _numbers(report: Report, measured: Measured, seconds: float) -> None:
     report.number("seconds", seconds, "s", "time of the analysis")
 
 
+def _answer(report: Report, measured: Measured) -> None:
+    """Say whether the forces may be used, what makes the sound, and what comes next."""
+    result = measured.result
+    first, ear = result.runs[0], result.test.ears[0]
+    ranking = first.ranking(ear)
+    top = ranking.iloc[0]
+    change = signed(float(top["without it, the level changes by [dB]"]), 1)
+    doubts = len(result.doubts)
+    trusted = 100 * float(np.mean([run.trusted.mean() for run in result.runs]))
+    verdict = (
+        f"Do not rely on these forces yet: {doubts} reason{'s stand' if doubts > 1 else ' stands'} "
+        "below"
+        if doubts
+        else "Use the blocked forces: loads at the interface explain what was measured"
+    )
+    left_out = [
+        float(np.abs(run.on_board_level).max()) for run in result.runs if run.on_board_level.size
+    ]
+    checks = [f"sensors that were left out within {max(left_out):.1f} dB"] if left_out else []
+    at_ears = [
+        float(np.abs(level_difference(run.sound.values, run.measured_sound.values, 0)).max())
+        for run in result.runs
+    ]
+    checks.append(f"the sound at the ears within {max(at_ears):.1f} dB, all lines together")
+    moved = [
+        np.abs(moved_level(each)).max() for each in measured.moved if each.measured is not None
+    ]
+    checks += [f"the sound in the other receiver within {max(moved):.1f} dB"] if moved else []
+    loudest = str(top["contribution"])
+    report.answer(
+        f"{verdict}. {loudest[0].upper()}{loudest[1:]} makes most of the sound at {ear}: "
+        "without it the level "
+        f"of {first.name} changes by {change} dB.",
+        f"How sure: the forces give {listed(tuple(checks))}.",
+        "What not to trust: "
+        + (
+            f"forces on {100 - trusted:.0f} % of the lines, where {UNTRUSTED}; "
+            if trusted < 99.5
+            else ""
+        )
+        + "a point or a moment that was not measured, which no interval knows.",
+    )
+    points = ranking[ranking["what"] == "point"].drop(columns="what").head(SHOWN)
+    report.panel(
+        f"What reaches {ear}, {first.name}",
+        Table(points, "", {"share of the energy [1]": 2}),
+        "Levels are unweighted, dB re 20 µPa. Levels do not add up, as loads cancel.",
+        wide=True,
+    )
+    report.panel(
+        "What to do next",
+        Step("deboom run component_tpa --test TEST --receiver FOLDER", "its sound in another car"),
+        Step("deboom check TEST", "what the folder's numbers contradict"),
+    )
+
+
 def _against(measured: Measured, run: RunTpa) -> tuple[float, float, float]:
     """Error of the blocked forces on resolved lines, and coverages of forces and sound [%]."""
     truth, kept = measured.truth[run.name], run.resolved
@@ -309,7 +367,7 @@ def _contribution_panels(result: ComponentTpa) -> plot.Figure:
         curves[MEASURED] = _level(run.measured_sound.select((ear,)).values[:, 0])
         panels.append(CurvePanel(f"{run.name}, {ear}", run.frequency, curves))
     return plot.curve_panels(
-        panels, y_label="level [dB]", columns=1, dashed=(MEASURED,), depth=60.0
+        panels, y_label="level [dB re 20 µPa]", columns=1, dashed=(MEASURED,), depth=60.0
     )
 
 
@@ -326,7 +384,7 @@ def _sound_panels(runs: Sequence[RunTpa]) -> plot.Figure:
             title = f"{run.name}, {ear}"
             panels.append(CurvePanel(title, run.frequency, curves, ranges={PREDICTED: ends}))
     return plot.curve_panels(
-        panels, y_label="level [dB]", columns=2, dashed=(MEASURED,), share_y=True
+        panels, y_label="level [dB re 20 µPa]", columns=2, dashed=(MEASURED,), share_y=True
     )
 
 
@@ -584,7 +642,9 @@ def _receiver_panels(moved: Sequence[InReceiver]) -> plot.Figure:
                 CurvePanel(title, transfer.sound.frequency, curves, ranges={PREDICTED: ends})
             )
     dashed = (MEASURED,) if moved[0].measured is not None else ()
-    return plot.curve_panels(panels, y_label="level [dB]", columns=2, dashed=dashed, share_y=True)
+    return plot.curve_panels(
+        panels, y_label="level [dB re 20 µPa]", columns=2, dashed=dashed, share_y=True
+    )
 
 
 def _quality(report: Report, result: ComponentTpa) -> None:

@@ -26,7 +26,7 @@ from deboom.pages.front_answer import (
     part_table,
     peaks_sentence,
     price_table,
-    report_loudest_sound,
+    report_loudest,
     vehicle_table,
     weights_sentence,
 )
@@ -202,9 +202,10 @@ def mount_front_report(view: MountFront, run: str) -> Report:
 def _tell(report: Report, view: MountFront) -> None:
     """Say the numbers of the run, and warn of booming peaks that become louder."""
     changes = [
-        (c.level_after - c.level_before, c, car)
-        for car, of in view.fleet.peak_changes(view.best).items()
-        for c in of
+        (peak.change, peak, car)
+        for car, peaks in view.fleet.peak_changes(view.best).items()
+        for peak in peaks
+        if peak.counts
     ]
     today, new = _todays_and_new_stiffness(view)
     build = (
@@ -297,7 +298,9 @@ def _answer(report: Report, view: MountFront, run: str) -> None:
         decimals=2,
     )
     report.panel("What it costs", price)
-    report_loudest_sound(report, fleet, best, view.index.pressure, "first order")
+    report_loudest(
+        report, fleet, best, view.index.pressure, "first order", "compressor speed [rpm]"
+    )
     report.panel(
         "What to do next",
         Step("deboom run compressor_front --cars FOLDER", "the same with measured cars"),
@@ -328,7 +331,7 @@ def _answer_in_words(view: MountFront) -> tuple[str, str, str]:
         for changes in fleet.peak_changes(best).values()
         if changes
     ]
-    falls = sorted(peak.level_after - peak.level_before for peak in loudest)
+    falls = sorted(peak.change for peak in loudest)
     top = (
         f"each car's loudest peak changes by {signed(falls[0], 1)} to {signed(falls[-1], 1)} dB, "
         if falls
@@ -350,7 +353,7 @@ def _louder_peak(view: MountFront, before: RealArray) -> str:
     """Say which design has no louder peak, if the chosen one has; `before`: today's levels [dB]."""
     if Pick.none_louder not in view.front.picks:
         return (
-            "No design of the front leaves every peak at or below today's; `--peak-rise` "
+            "No design of the front leaves every peak at or below today's; --peak-rise "
             "limits it in the search. "
         )
     if float(view.fleet.peak_rise(view.best[np.newaxis])[0]) <= RISEN:
@@ -503,7 +506,7 @@ def _matters(report: Report, view: MountFront) -> None:
         "What matters to whoever makes the mounts",
         "Importance is the share of the variance of the level that comes from a stiffness, alone "
         "and together with others, when all vary within the bounds of the search (mean over the "
-        f"cars). {view.leading} matters most. `deboom report RUN --supplier` writes the sheet that "
+        f"cars). {view.leading} matters most. deboom report RUN --supplier writes the sheet that "
         "the supplier quotes and signs, in English or German, with names or without.",
     )
     report.table("sobol", index_table(view.sobol, "stiffness"))

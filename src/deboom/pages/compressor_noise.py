@@ -28,9 +28,10 @@ from deboom.compressor.noise_comparison import (
 )
 from deboom.compressor.parameters import STIFFNESS_AXES
 from deboom.measurement.compressor_test import HoseState
+from deboom.physics.sound_level import hearing_threshold
 from deboom.plot import CurvePanel
 from deboom.plot.style import signed
-from deboom.report import Report
+from deboom.report import Report, Step, Table
 from deboom.report.tables import in_words
 
 SOFT, STANDARD = HoseState.SOFT, HoseState.STANDARD
@@ -59,6 +60,7 @@ def car_report(
     )
     errors, gains = sweep_errors(noise), measured_gain_table(noise)
     levels, ways = level_table(noise), pd.concat(map(ranking, noise.sweeps), ignore_index=True)
+    _answer(report, noise, levels, ways, errors)
     _loudest(report, levels, ways)
     report_errors(report, errors, gains)
     if drawn is not None:
@@ -123,6 +125,64 @@ def car_report(
     return report
 
 
+def _answer(
+    report: Report,
+    noise: CarNoise,
+    levels: pd.DataFrame,
+    ways: pd.DataFrame,
+    errors: Sequence[SweepErrors],
+) -> None:
+    """Say whether the compressor is heard, which way the sound comes, and what comes next."""
+    loudest = levels.nlargest(1, "synthesised [dB(A)]").iloc[0]
+    level, line = float(loudest["synthesised [dB(A)]"]), float(loudest["frequency [Hz]"])
+    threshold = float(hearing_threshold(np.array([line]))[0])
+    heard = (
+        f"{level - threshold:.0f} dB above the threshold of hearing there (ISO 226): it can be "
+        "heard in a silent car"
+        if level > threshold
+        else f"{threshold - level:.0f} dB below the threshold of hearing there (ISO 226): nobody "
+        "hears it"
+    )
+    near = _near_loudest(loudest, ways)
+    way = ""
+    if len(near):
+        change = signed(float(near.iloc[0][CUT]), 1)
+        way = (
+            f" {str(near.iloc[0]['point']).capitalize()} brings most of it: cut, the level of "
+            f"{near.iloc[0]['band']} changes by {change} dB."
+        )
+    off = np.abs(peak_deviations(errors, SOFT, without=MODES))
+    sure = f"with soft hoses peaks outside 25–35 Hz lie off by {off.max():.1f} dB at most; " * bool(
+        off.size
+    )
+    band = max(each.common_half_width for each in noise.bands)
+    report.answer(
+        f"The loudest line has {level:.0f} dB(A), at {line:.0f} Hz "
+        f"({loudest['speed [rpm]']:.0f} rpm, {loudest['sweep']}), {heard}.{way}",
+        f"How sure: {sure}all lines of a sweep may lie off together by ± {band:.1f} dB (90 %).",
+        "What not to trust: levels at 90–140 Hz with standard hoses where the hoses were not "
+        "measured, and lines near the noise of the microphone, which are hatched.",
+    )
+    loud = levels.loc[levels.groupby("sweep", sort=False)["synthesised [dB(A)]"].idxmax()]
+    table = loud[["sweep", "speed [rpm]", "frequency [Hz]", "synthesised [dB(A)]"]]
+    report.panel("The loudest line of each sweep", Table(table, "", {"speed [rpm]": 0}), wide=True)
+    report.panel(
+        "What to do next",
+        Step("deboom run compressor_front --cars CAR", "the mounts that make cars quiet"),
+        Step("deboom unbalance TEST", "how much of it is the rotor"),
+    )
+
+
+CUT = "cut, the level changes by [dB]"
+
+
+def _near_loudest(loudest: pd.Series, ways: pd.DataFrame) -> pd.DataFrame:
+    """Return the ways of the sound about the loudest line, that which matters most first."""
+    bands = [band_words(band) for band in RANKED if in_band(loudest["frequency [Hz]"], band)]
+    near: pd.DataFrame = ways[(ways["sweep"] == loudest["sweep"]) & ways["band"].isin(bands)]
+    return near.nsmallest(1, CUT)
+
+
 def _loudest(report: Report, levels: pd.DataFrame, ways: pd.DataFrame) -> None:
     """Say how loud the loudest line is, and what brings most of it."""
     loudest = levels.nlargest(1, "synthesised [dB(A)]").iloc[0]
@@ -134,10 +194,7 @@ def _loudest(report: Report, levels: pd.DataFrame, ways: pd.DataFrame) -> None:
         f"the loudest line at the driver's ear, {rpm} rpm, {sweep}",
         headline=".0f",
     )
-    cut = "cut, the level changes by [dB]"
-    bands = [band_words(band) for band in RANKED if in_band(loudest["frequency [Hz]"], band)]
-    near = ways[(ways["sweep"] == loudest["sweep"]) & ways["band"].isin(bands)]
-    for _, way in near.nsmallest(1, cut).iterrows():
+    for _, way in _near_loudest(loudest, ways).iterrows():
         band = way["band"]
         report.number(
             "loudest_way",
@@ -148,7 +205,7 @@ def _loudest(report: Report, levels: pd.DataFrame, ways: pd.DataFrame) -> None:
         )
         report.number(
             "without_loudest_way_db",
-            float(way[cut]),
+            float(way[CUT]),
             "dB",
             "change of the level in that band without what contributes most",
             headline="+.1f",

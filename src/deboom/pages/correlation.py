@@ -393,9 +393,7 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
         "least correlation of the scatter of two groups",
     )
     sizes = ", ".join(f"{name} ({len(members)})" for name, members in study.groups.items())
-    report.section(
-        "Groups", f"The index of a group is the mean over its vehicles: {sizes}.", leads=True
-    )
+    report.section("Groups", f"The index of a group is the mean over its vehicles: {sizes}.")
     names = by_group.designs.names
     of = by_group.designs
     lowest = float(of.pearson.min())
@@ -465,6 +463,9 @@ def _answer(report: Report, study: CorrelationStudy, finding: str) -> None:
         f"A family: any two of its vehicles correlate by {families.cut:g} or more over "
         f"{len(study.doe)} designs. A change that makes one of its vehicles quieter makes the "
         "others quieter as well, but not by the same amount.",
+        "What not to trust: r says how alike vehicles react, not how quiet they become; with other "
+        "designs it would move within the 95 % intervals below, and other vehicles of a group are "
+        "not in them. Levels are the model's.",
         abbreviations(study.runs.platform.mounts),
     )
     rows = [
@@ -533,7 +534,6 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
         "A narrow cloud means that what quietens one vehicle quietens the other. The correlations "
         f"of means and of tolerance scatter differ from those of the designs by {shift:.2f} at "
         "most; the intervals say how much of that is chance.",
-        leads=True,
     )
     _append_clouds(report, study, study.vehicles, study.by_vehicle, "vehicles")
     report.table("matrix", _matrix_table(designs))
@@ -649,7 +649,6 @@ def _append_families(report: Report, study: CorrelationStudy) -> None:
         "that makes one vehicle of a family quieter then makes the others quieter as well; σ over "
         "designs shows by how much. Check a vehicle that is alone in its family before it gets "
         "the mounts of the others.",
-        leads=True,
     )
     report.figure(
         "families",

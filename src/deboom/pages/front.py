@@ -46,13 +46,14 @@ def front_numbers(report: Report, fleet: FleetFront, build: str) -> None:
     front = fleet.front
     report.number("build", build, "", "best-mean: what to build", headline="s")
     peaks = fleet.peak_changes(front.pick_designs[Pick.best_mean]).values()
-    rises = [peak.level_after - peak.level_before for changes in peaks for peak in changes]
+    rises = [peak.change for changes in peaks for peak in changes if peak.counts]
     if rises:
         report.number(
             "largest_rise_db",
             max(rises),
             "dB",
-            "change of the booming peak that changes for the worst, in the model",
+            "change of the booming peak that changes for the worst, of today's and of new ones "
+            "louder than today, in the model",
             headline="+.1f",
         )
     for name, row in front.picks.items():

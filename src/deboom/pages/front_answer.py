@@ -7,13 +7,15 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from deboom import plot
 from deboom.arrays import PERCENT, ComplexArray, RealArray
 from deboom.errors import listed
 from deboom.files.sound import run_up_files
 from deboom.measurement.booming_peaks import PeakChange
 from deboom.mounts.mount import Mount
-from deboom.plot.style import signed
-from deboom.report import Report, Sound, Table
+from deboom.physics.sound_level import full_scale
+from deboom.plot.style import ACCENT, INK, signed
+from deboom.report import Picture, Report, Sound, Table
 from deboom.vehicles.expected_change import SHARE, ExpectedChange, Information, Interval
 from deboom.vehicles.fleet_front import COMMON_PERCENTILE, FleetFront
 from deboom.vehicles.free_directions import NOTICEABLE
@@ -77,7 +79,7 @@ def vehicle_table(
     table: dict[str, list[object]] = {
         "vehicle": [fleet.vehicles[row] for row in rows],
         "today [dB(A)]": before[rows].tolist(),
-        "after [dB(A)]": after[rows].tolist(),
+        "new [dB(A)]": after[rows].tolist(),
         "change [dB]": (after - before)[rows].tolist(),
         **expected_column(expected, rows),
         "loudest peak [dB(A)]": [_loudest(changes[fleet.vehicles[row]]) for row in rows],
@@ -135,35 +137,37 @@ def _loudest(changes: Sequence[PeakChange]) -> str:
 
 
 def _worst(changes: Sequence[PeakChange]) -> str:
-    if not changes:
+    counting = [peak for peak in changes if peak.counts]
+    if not counting:
         return "–"
-    top = max(changes, key=lambda peak: peak.level_after - peak.level_before)
-    return f"{signed(top.level_after - top.level_before, 1)} at {top.frequency:.0f} Hz"
+    top = max(counting, key=lambda peak: peak.change)
+    return f"{signed(top.change, 1)} at {top.frequency:.0f} Hz"
 
 
 def peaks_sentence(fleet: FleetFront, design: RealArray) -> str:
-    """Say what becomes of the booming peaks of all vehicles, and which rises most."""
+    """Say what becomes of today's booming peaks of all vehicles, and which peak rises most."""
     every = [
-        (change.level_after - change.level_before, change.frequency, name)
+        (peak.change, peak, name)
         for name, changes in fleet.peak_changes(design).items()
-        for change in changes
+        for peak in changes
+        if peak.counts
     ]
-    if not every:
-        return "no vehicle has a booming peak"
-    values = [change for change, _, _ in every]
-    louder = [peak for peak in every if peak[0] > NOTICEABLE]
+    todays = [change for change, peak, _ in every if peak.before]
+    louder = [rise for rise in every if rise[0] > NOTICEABLE]
     if not louder:
-        if len(every) == 1:
-            return f"the booming peak changes by {signed(values[0], 1)} dB"
+        if not todays:
+            return "no vehicle has a booming peak"
+        if len(todays) == 1:
+            return f"today's booming peak changes by {signed(todays[0], 1)} dB"
         return (
-            f"the {len(every)} booming peaks change by {signed(min(values), 1)} to "
-            f"{signed(max(values), 1)} dB"
+            f"today's {len(todays)} booming peaks change by {signed(min(todays), 1)} to "
+            f"{signed(max(todays), 1)} dB"
         )
-    change, frequency, vehicle = max(louder)
-    verb = "becomes" if len(louder) == 1 else "become"
+    change, top, vehicle = max(louder, key=lambda rise: rise[0])
+    subject = "one booming peak becomes" if len(louder) == 1 else f"{len(louder)} peaks become"
     return (
-        f"{len(louder)} of {len(every)} booming peaks {verb} louder, most of all {vehicle} at "
-        f"{frequency:.0f} Hz, by {change:.1f} dB"
+        f"{subject} louder than today, most of all {vehicle} at {top.frequency:.0f} Hz, by "
+        f"{change:.1f} dB; today there are {len(todays)}"
     )
 
 
@@ -182,6 +186,30 @@ def expected_sentence(expected: ExpectedChange | str, predicted: float) -> str:
         f"Expected in these cars: {expected_words(expected.mean)}{worst}. The model says "
         f"{signed(predicted, 1)} dB: it leaves out bodies that give way, warmer or older rubber, "
         f"and amplitudes. {_loudest_line(expected)}. Of the bodies {_known_of_bodies(expected)}."
+    )
+
+
+def certainty_sentence(expected: ExpectedChange | str, predicted: float, old_stops: float) -> str:
+    """Say how sure the mean change is, and under which condition; `old_stops` nan: not known.
+
+    - `expected`: of the design, or the sentence that says why nothing is expected.
+    - `predicted`, `old_stops`: mean change in the model, and if only the rubber gets softer [dB].
+    """
+    condition = ""
+    if np.isfinite(old_stops):
+        condition = (
+            f", if the stops are re-tuned with the stiffness; if only the rubber gets softer: "
+            f"{signed(old_stops, 1)} dB"
+        )
+    if isinstance(expected, str):
+        return f"How sure: {expected}. In the model {signed(predicted, 1)} dB{condition}."
+    low, high = (signed(float(end), 1) for end in (expected.mean.low, expected.mean.high))
+    worst = ""
+    if len(expected.predicted) > 1:
+        worst = f", in the car that gains least {_ends(expected.worst)} dB"
+    return (
+        f"How sure: with {PERCENT * SHARE:.0f} % the mean change of these cars lies between {low} "
+        f"and {high} dB{worst}{condition}."
     )
 
 
@@ -318,25 +346,62 @@ def _half(value: float) -> str:
     return f"{value:.2f}" if value < TWO_DIGITS else f"{value:.1f}"
 
 
-def report_loudest_sound(
+DRAWN_CARS, BAND = 64, (5.0, 95.0)
+"""Cars as made behind the band of the picture, and its percentiles [%]."""
+PICTURE_WIDTH = 4.4
+"""Of the first screen [inch]."""
+
+
+def report_loudest(
     report: Report,
     fleet: FleetFront,
     design: RealArray,
     pressure: Callable[[RealArray], ComplexArray],
     run_up: str,
+    speed_label: str = "engine speed [rpm]",
 ) -> None:
-    """Let the reader hear the vehicle with the loudest line today, before and after.
+    """Show, and let the reader hear, the vehicle with the loudest line today, today and new.
 
     - `pressure`: from designs (n, k) to complex peak amplitudes (n, v, n_frequency) [Pa].
-    - `run_up`: what is heard, in words.
+    - `run_up`: what is heard, in words; `speed_label`: what turns.
     """
     both = np.stack([fleet.today, design])
     row = int(fleet.levels(fleet.today).max(axis=1).argmax())
-    files, scale = run_up_files(pressure(both)[:, row], fleet.frequency, SOUND_SECONDS, SOUND_RATE)
+    sounds = pressure(both)
+    # of all vehicles, so that it is as loud as in the interactive page and by `deboom listen`
+    scale = full_scale(sounds)
+    files = run_up_files(sounds[:, row], fleet.frequency, SOUND_SECONDS, SOUND_RATE, scale)
+    words = (
+        f"Level over speed in {fleet.vehicles[row]}, today and new. Shade: 90 % of the cars with "
+        "new parts as made."
+    )
     report.panel(
-        f"Hear {fleet.vehicles[row]}, the loudest today",
-        *(Sound(name, wav) for name, wav in zip(("today", "after"), files, strict=True)),
-        f"Run-up of the model, {run_up}; full scale {scale:.2g} Pa in both. Use headphones.",
+        f"{fleet.vehicles[row]}, the loudest ear today",
+        Picture(lambda: _loudest_levels(fleet, design, row, speed_label), words, words),
+        *(Sound(name, wav) for name, wav in zip((TODAY, NEW), files, strict=True)),
+        f"Run-up of the model, {run_up}; full scale {scale:.3g} Pa in both. Use headphones.",
+    )
+
+
+TODAY, NEW = "today", "new"
+
+
+def _loudest_levels(
+    fleet: FleetFront, design: RealArray, row: int, speed_label: str
+) -> plot.Figure:
+    made = fleet.front.judge.sets[0].made(design)[:DRAWN_CARS]
+    ends = np.percentile(np.asarray(fleet.model.levels(made))[:, row], BAND, axis=0)
+    curves = {TODAY: fleet.levels(fleet.today)[row], NEW: fleet.levels(design)[row]}
+    panel = plot.CurvePanel("", fleet.frequency, curves, ranges={NEW: (ends[0], ends[1])})
+    return plot.curve_panels(
+        [panel],
+        y_label="SPL [dB(A)]",
+        columns=1,
+        dashed=(TODAY,),
+        colours={TODAY: INK, NEW: ACCENT},
+        order=fleet.order,
+        speed_label=speed_label,
+        width=PICTURE_WIDTH,
     )
 
 
@@ -359,13 +424,13 @@ def part_table(
         {
             "part": list(parts),
             "of today's [1]": share,
-            "build [N/mm]": share * today,
+            "new [N/mm]": share * today,
             "today [N/mm]": today,
             "alone [dB]": alone,
             **beside,
         }
     )
-    places = {"build [N/mm]": decimals, "today [N/mm]": decimals}
+    places = {"new [N/mm]": decimals, "today [N/mm]": decimals}
     return Table(frame, "", {"of today's [1]": 2, "alone [dB]": 1, **places})
 
 
@@ -381,7 +446,7 @@ def price_table(
 
     - `allowed` or None: in words, where limits were stated.
     """
-    frame = pd.DataFrame({"number": list(numbers), "today": list(today), "after": list(after)})
+    frame = pd.DataFrame({"number": list(numbers), "today": list(today), "new": list(after)})
     if allowed is not None:
         frame["allowed"] = list(allowed)
-    return Table(frame, "", {"today": decimals, "after": decimals})
+    return Table(frame, "", {"today": decimals, "new": decimals})

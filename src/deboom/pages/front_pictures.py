@@ -25,10 +25,11 @@ PEAKS = 5
 def pictures_behind(report: Report, view: PlatformFront) -> None:
     """Append the pictures behind the answer, folded; each has its table."""
     report.section(
-        "More pictures: maps, paths, all designs, modes",
+        "More pictures: peaks, maps, paths, all designs, modes",
         "Best-mean against today's mounts, without scatter.",
         folded=True,
     )
+    _peaks(report, view)
     _maps(report, view)
     _paths(report, view)
     _designs(report, view)
@@ -39,7 +40,6 @@ def pictures_behind(report: Report, view: PlatformFront) -> None:
 def heard_by_the_driver(report: Report, view: PlatformFront) -> None:
     """Show the levels at the driver's ear before and after, with their booming peaks."""
     best = view.front.pick_designs[Pick.best_mean]
-    peaks = view.fleet.peak_table(best)
     report.section(
         "What the driver hears",
         f"{view.load_case.title}. Best-mean against today's mounts, without scatter.",
@@ -52,24 +52,25 @@ def heard_by_the_driver(report: Report, view: PlatformFront) -> None:
         "Sound pressure level at the driver's ear, one panel per vehicle: "
         "frequency below, engine speed above.",
     )
-    vehicles = view.fleet.vehicle_table(Pick.best_mean)
-    report.table(
-        "vehicles",
-        vehicles,
-        "Scatter of each vehicle's mean level as parts scatter: today and with best-mean. "
-        "vehicles.csv has the levels, too (thesis, table 5).",
-        shown=vehicles[["vehicle", "sigma before [dB]", "sigma after [dB]"]],
+    report.table("vehicles", view.fleet.vehicle_table(Pick.best_mean))
+
+
+def _peaks(report: Report, view: PlatformFront) -> None:
+    """Tabulate each booming peak, today and new."""
+    peaks = view.fleet.peak_table(view.best)
+    shown = peaks.drop(
+        columns=["speed after [rpm]", "prominence before [dB]", "prominence after [dB]"]
     )
+    shown.columns = [
+        name.replace("before", "today").replace("after", "new") for name in map(str, shown.columns)
+    ]
     report.table(
         "peaks",
         peaks,
-        "Booming peaks: local maxima with a prominence of 6 dB or more, before and "
-        "after. A dash: no such peak within 1.5 Hz any more, the level is the "
-        "highest one there.",
-        {"change [dB]": 1, "frequency before [Hz]": 1, "frequency after [Hz]": 1},
-        shown=peaks.drop(
-            columns=["speed after [rpm]", "prominence before [dB]", "prominence after [dB]"]
-        ),
+        "Booming peaks: local maxima with a prominence of 6 dB or more, today and new. A dash: no "
+        "such peak within 1.5 Hz, the level is the highest one there.",
+        {"change [dB]": 1, "frequency today [Hz]": 1, "frequency new [Hz]": 1},
+        shown=shown,
     )
 
 

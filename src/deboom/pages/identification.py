@@ -164,15 +164,17 @@ def _answer(report: Report, identification: Identification) -> None:
     mass = identification.table.set_index("quantity").loc["mass"]
     place = ", ".join(f"{1e3 * value:.1f}".replace("-", "−") for value in model.centre)
     report.answer(
-        f"{model.mass:.3f} ± {WIDE_BAND * mass['standard deviation']:.2g} kg, centre of gravity at "
-        f"{place} mm; "
-        + (
-            f"{alarms_in_words(identification.alarms)}: do not rely on it."
+        (
+            f"Do not rely on it, {alarms_in_words(identification.alarms)}"
             if identification.alarms
-            else "a rigid body on mounts explains the test."
-        ),
+            else "Use it: a rigid body on mounts explains the test"
+        )
+        + f"; mass {model.mass:.3f} ± {WIDE_BAND * mass['standard deviation']:.2g} kg, centre of "
+        f"gravity at {place} mm.",
         f"How sure: ± means 95 %; residuals are {chi:.2f} times the noise, alarm above {ALARM:g}. "
         "Intervals of all numbers stand below. Axes of the position sheet.",
+        "What not to trust: small entries of the inertance far below the diagonal, into which "
+        "misplaced sensors leak, and numbers whose standard deviation is of their own size.",
     )
     report.panel(
         "What to do next",

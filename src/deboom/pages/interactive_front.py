@@ -25,12 +25,11 @@ from deboom.pages.live_model import Start, live_page
 from deboom.pages.supplier_study import SupplierStudy
 from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.physics.order_tracking import rpm_of_frequency
-from deboom.physics.sound_level import RUN_UP_RATE, RUN_UP_SECONDS, full_scale, run_up_sound
+from deboom.physics.sound_level import RUN_UP_SECONDS, full_scale
 from deboom.plot.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
 from deboom.report.interactive import Axis, InteractiveFront
 from deboom.report.report import Picture
 from deboom.tabled import PACKED
-from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.free_directions import Need
 
 DOE, EVALUATED = "doe.csv", "evaluated.csv"
@@ -53,12 +52,14 @@ def interactive_front(study: SupplierStudy, vehicles: Sequence[str] = ()) -> Int
     frequency = np.asarray(index.frequency)
     designs = at_nominal(study.run.designs, space, study.without_effect)
     fleet = vehicle_colours(study.platform.fleet.names)
-    scale = _full_scale(index, np.stack([space.nominal, study.picked]))
+    scale = full_scale(index.pressure(np.stack([space.nominal, study.picked])))
     of_picks = [row for row, pick in enumerate(front.pick_names) if pick]
     starts = [
         Start(front.pick_names[row].replace(" = ", " and "), designs[row]) for row in of_picks
     ]
     starts.sort(key=lambda start: Pick.best_mean.value not in start.name)
+    if study.pick is Pick.best_mean:
+        starts[0] = replace(starts[0], design=study.freedom.with_todays_parts(starts[0].design))
     nominal = _nominal(study)
     newtons = [nominal.get(name, float("nan")) for name in space.names]
     words = _words(study.run.entry, study.platform.title, newtons, scale)
@@ -179,7 +180,7 @@ def interactive_doe(
     ]
     first = runs.platform.load_case(index.load_case_names[0])
     frequency = np.asarray(index.frequency)
-    scale = _full_scale(index, today[np.newaxis])
+    scale = full_scale(index.pressure(today[np.newaxis]))
     stiffness = runs.stiffness(first, (float(frequency[0]), float(frequency[-1]))) * N_PER_MM
     newtons = [*stiffness.tolist(), *(np.nan for _ in names[stiffness.size :])]
     words = _words(entry, runs.platform.title, newtons, scale)
@@ -223,12 +224,6 @@ def _words(
     }
 
 
-def _full_scale(model: BoomingModel, designs: RealArray) -> float:
-    """Return the full scale of the run-ups of designs (n, k), as `deboom listen` has it [Pa]."""
-    pressure = np.moveaxis(model.pressure(designs), -1, 0)
-    return full_scale(run_up_sound(pressure, model.frequency, RUN_UP_SECONDS, RUN_UP_RATE))
-
-
 def _facts(study: SupplierStudy) -> tuple[str, ...]:
     first, last = study.band
     cases = study.load_cases
@@ -245,7 +240,8 @@ def _facts(study: SupplierStudy) -> tuple[str, ...]:
         "of the run.",
         f"° {Need.nothing.value}: no vehicle depends on it, so it is left at today's value; "
         f"{Need.anything.value}: over its whole range about the best-mean, "
-        f"{study.freedom.sentence}.",
+        f"{study.freedom.sentence}. The sliders begin with today's part where it does as well as "
+        "that of the best-mean.",
     )
 
 

@@ -12,6 +12,7 @@ from scipy.signal import ShortTimeFFT, get_window
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.errors import listed
 from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign, read_time_run
 from deboom.files.check import check_folder
 from deboom.files.component_test import read_component_test
@@ -30,7 +31,7 @@ from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.compressor_test import InertanceTest, OperatingTest
 from deboom.measurement.impact_test import HammerOptions, hammer_frfs
 from deboom.plot import CurvePanel, PointMap
-from deboom.report import Report
+from deboom.report import Report, Step
 
 MOST_PANELS = 24
 """Panels of a picture; of more channels, impacts or paths the first ones are drawn."""
@@ -58,6 +59,7 @@ def look_report(folder: Path) -> Report:
     report.number("n_faults", len(faults), "", "faults that deboom check names", headline="d")
     held = Report("", "")
     drawn = _DRAWN[kind](held, folder)
+    _answer(report, kind, faults, held.remarks)
     report.warn(*faults)
     lines = [line.partition("  ") for line in summary.splitlines()]
     table = pd.DataFrame(
@@ -76,6 +78,43 @@ def look_report(folder: Path) -> Report:
     report.pictures |= held.pictures
     report.inputs = list(dict.fromkeys((folder / FOLDERS[kind].file, *drawn)))
     return report
+
+
+COHERENT = 0.9
+"""Median over the lines of a channel's coherence, below which an impact is to be looked at [1]."""
+
+
+def _answer(
+    report: Report, kind: FolderKind, faults: Sequence[str], remarks: Sequence[str]
+) -> None:
+    """Say whether the folder looks right, what to look at, and what comes next."""
+    first = (
+        f"deboom check names {len(faults)} fault{'s' if len(faults) > 1 else ''}: repair first"
+        if faults
+        else "It looks right to deboom check: no fault"
+    )
+    report.answer(
+        f"{first}; {remarks[0]}." if remarks else f"{first}.",
+        "What not to trust: nothing was identified or corrected here. Signs, places and gains "
+        "of single channels show only when something is identified.",
+    )
+    report.panel(
+        "What to do next",
+        Step("deboom check FOLDER", "the same sentences, and what was read"),
+        *_NEXT.get(kind, ()),
+        wide=True,
+    )
+
+
+_NEXT = {
+    FolderKind.platform: (Step("deboom run front FOLDER", "which stiffnesses make it quiet"),),
+    FolderKind.campaign: (Step("deboom characterise FOLDER", "stiffness of the mounts"),),
+    FolderKind.compressor: (Step("deboom identify FOLDER", "mass, inertia and mounts"),),
+    FolderKind.operation: (Step("deboom unbalance FOLDER", "unbalance of the rotor"),),
+    FolderKind.car: (Step("deboom run compressor_noise --car FOLDER", "its noise in the cabin"),),
+    FolderKind.component: (Step("deboom run component_tpa --test FOLDER", "its blocked forces"),),
+}
+"""What a folder of a kind is measured for."""
 
 
 def _platform(report: Report, folder: Path) -> Sequence[Path]:
@@ -229,6 +268,7 @@ def _functions(report: Report, frf: Frf, coherence: RealArray | None, label: str
         share_y=True,
     )
     if coherence is not None:
+        report.remarks.append(_coherence_in_words(frf, coherence))
         panels = [
             CurvePanel(
                 name,
@@ -250,6 +290,28 @@ def _functions(report: Report, frf: Frf, coherence: RealArray | None, label: str
             y_label="coherence [1]",
             share_y=True,
         )
+
+
+def _coherence_in_words(frf: Frf, coherence: RealArray) -> str:
+    """Name the impacts whose worst channel is incoherent over most lines, or falls to nothing."""
+    typical = np.median(coherence, axis=0).min(axis=0)
+    named = [
+        f"{name} ({value:.2f})"
+        for name, value in zip(frf.inputs, typical, strict=True)
+        if value < COHERENT
+    ]
+    if named:
+        return (
+            f"look at the coherence of {listed(tuple(named))}, whose worst channel stays below "
+            f"{COHERENT:g} over half of the lines"
+        )
+    least = coherence.min(axis=1)
+    line, impact = np.unravel_index(int(least.argmin()), least.shape)
+    return (
+        f"the worst channel of every impact is coherent ({COHERENT:g} or more) over half of the "
+        f"lines and more; the least coherence is {least[line, impact]:.2f}, {frf.inputs[impact]} "
+        f"at {frf.frequency[line]:.0f} Hz"
+    )
 
 
 def _hammer(report: Report, folder: Path) -> Sequence[Path]:

@@ -11,6 +11,7 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import AXES
+from deboom.errors import listed
 from deboom.mounts.characterised_bench import (
     CharacterisedBench,
     direction_numbers,
@@ -29,7 +30,7 @@ from deboom.mounts.operating_map import OperatingMap, Preload
 from deboom.pages.mount_figures import append_maps, append_runs, append_sensors, transfer_panels
 from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.plot import CurvePanel
-from deboom.report import Report
+from deboom.report import Report, Step, Table
 
 SHOWN_POINTS = 2000
 """Of a panel; more hide each other."""
@@ -73,6 +74,7 @@ def characterisation_report(
     }
     uncertainty.insert(2, "median |K| [N/mm]", uncertainty["direction"].map(stiffness))
     truth = truth_table(numbers) if has_truth else None
+    _answer(report, uncertainty, truth, result.alarms)
     _headlines(report, uncertainty, truth)
     _numbers(report, numbers)
     report.number(
@@ -104,6 +106,55 @@ def characterisation_report(
     _motion(report, first)
     append_sensors(report, first)
     return report
+
+
+HALF_WIDTH = "95 % half width of |K| [%]"
+
+
+def _answer(
+    report: Report,
+    uncertainty: pd.DataFrame,
+    truth: pd.DataFrame | None,
+    alarms: Sequence[str],
+) -> None:
+    """Say whether the library may be used, for which directions, and what comes next."""
+    sure = uncertainty["identified"] == "identified"
+    good, others = uncertainty[sure], tuple(uncertainty.loc[~sure, "direction"])
+    if good.empty:
+        verdict = "No direction is identified: do not use this library"
+    else:
+        within = f"within {good[HALF_WIDTH].max():.0f} %"
+        verdict = (
+            f"{listed(others)} {'is' if len(others) == 1 else 'are'} not identified; the other "
+            f"{len(good)} directions stand {within}: use the library for these"
+            if others
+            else f"All {len(good)} directions stand {within}: use the library"
+        )
+    if alarms:
+        verdict += f", after a look at {len(alarms)} alarm{'s' if len(alarms) > 1 else ''}"
+    known = ""
+    if truth is not None and len(good):
+        errors = truth.set_index("direction").loc[good["direction"], "error of |K| [%]"]
+        known = (
+            f" Against the truth of the bench they are wrong by {errors.median():.1f} % in the "
+            f"median, {errors.max():.1f} % at most (rms)."
+        )
+    report.answer(
+        f"{verdict}.",
+        "How sure: within means the half width of the 95 % band of |K|, with all errors of the "
+        f"measuring chain, the largest of these directions.{known}",
+        f"What not to trust: a direction beyond {100 * IDENTIFIED:.0f} % is not identified; a "
+        "front keeps its measured force and today's part.",
+    )
+    shown = [name for name in ("median |K| [N/mm]", HALF_WIDTH) if name in uncertainty]
+    table = uncertainty[["direction", "identified", *shown]]
+    report.panel("Each direction", Table(table, ""), wide=True)
+    report.panel(
+        "What to do next",
+        Step("deboom library show LIBRARY --mount NAME", "how reliable each direction is"),
+        Step("deboom run mount_selection PLATFORM", "choose parts of the library for a platform"),
+        Step("deboom run front PLATFORM", "which stiffnesses make the fleet quiet"),
+    )
 
 
 def _headlines(report: Report, uncertainty: pd.DataFrame, truth: pd.DataFrame | None) -> None:

@@ -209,6 +209,13 @@ class PlatformFront:
         )
 
     @cached_property
+    def build(self) -> RealArray:
+        """What shall be built: best-mean, and today's part where it does as well, (k,) [1]."""
+        build = self.freedom.with_todays_parts(self.best)
+        build[self.telling] = self.best[self.telling]
+        return build
+
+    @cached_property
     def telling(self) -> list[int]:
         """Variables that bring `TELLING` of best-mean's change alone, the strongest first."""
         today, best = self.front.robust.space.nominal, self.front.pick_designs[Pick.best_mean]

@@ -22,6 +22,7 @@ from deboom.pages.front import front_numbers, report_front
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,
     abbreviations,
+    certainty_sentence,
     expected_on_average,
     expected_sentence,
     other_changes_sentence,
@@ -30,7 +31,7 @@ from deboom.pages.front_answer import (
     price_table,
     report_expected,
     report_expected_numbers,
-    report_loudest_sound,
+    report_loudest,
     spelled_out,
     vehicle_table,
     weights_sentence,
@@ -39,7 +40,7 @@ from deboom.pages.front_pictures import heard_by_the_driver, pictures_behind
 from deboom.pages.motion import factor_name, motion_name
 from deboom.pages.platform_front import FURTHER, PlatformFront
 from deboom.plot.style import mount_colours, signed
-from deboom.report import Report, Step, Table
+from deboom.report import Link, Report, Step, Table
 from deboom.vehicles.design_factor import with_brackets
 from deboom.vehicles.fleet_front import same_designs
 from deboom.vehicles.free_directions import NOTICEABLE, Need
@@ -48,14 +49,14 @@ BESIDE_WIDTH = 3.6
 """Width of figures that share a row [inch]."""
 SHOWN_STIFFNESS = (
     "variable",
-    "best-mean factor [1]",
-    "best-mean with brackets [1]",
+    "new [1]",
+    "new with brackets [1]",
     "best-mean from [1]",
     "best-mean to [1]",
-    "best-mean [N/mm]",
+    "new [N/mm]",
     "nominal [N/mm]",
     "requirement",
-    "largest change in its range [dB]",
+    "largest change over the search [dB]",
     "changed most",
 )
 """Columns of the stiffnesses on the page; the file has those of all picks."""
@@ -135,6 +136,7 @@ def front_report(view: PlatformFront) -> Report:
     heard_by_the_driver(report, view)
     _choices(report, view, picks)
     _supplier(report, view)
+    _certainty(report, view, picks)
     _price(report, view)
     pictures_behind(report, view)
     _search(report, view)
@@ -150,13 +152,8 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     expected = view.expected_of_best
     report.answer(
         _verdict(view, mean),
-        expected_sentence(expected, mean),
-        other_changes_sentence(
-            unseen=view.unseen,
-            prescribed=view.with_prescribed_motion,
-            old_stops=view.as_softer_rubber,
-        )
-        + f"Scatter of parts (σ) {spread}. Levels: mean of the lines, {view.load_case.title}. "
+        certainty_sentence(expected, mean, view.as_softer_rubber),
+        f"Levels: mean of the lines, {view.load_case.title}; scatter of parts (σ) {spread}. "
         f"{weights_sentence(view.fleet)}{abbreviations(mounts)}",
     )
     whose = "its vehicle's level of today" if view.target is None else f"{view.target:g} dB(A)"
@@ -181,8 +178,8 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         *_about_parts(view),
         wide=True,
     )
+    report_loudest(report, view.fleet, view.best, view.index.pressure, view.load_case.title)
     report.panel("What it costs", *_price_blocks(view))
-    report_loudest_sound(report, view.fleet, view.best, view.index.pressure, view.load_case.title)
     report.panel(
         "What to do next",
         Step(f"deboom listen {view.run}", "hear every vehicle, as WAV"),
@@ -190,6 +187,22 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         Step(f"deboom run solution_box --front {view.run}", "how far parts may deviate"),
         Step(f"deboom report {view.run} --supplier", "sheets for the supplier to quote"),
         Step(f"deboom driven {view.run} FOLDER", "compare a driven prototype with this"),
+        wide=True,
+    )
+
+
+def _certainty(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
+    """Say all that is known of how sure the change is."""
+    mean = float(picks.loc[picks["design"] == Pick.best_mean, "change [dB]"].iloc[0])
+    others = other_changes_sentence(
+        unseen=view.unseen,
+        prescribed=view.with_prescribed_motion,
+        old_stops=view.as_softer_rubber,
+    )
+    report.section(
+        "How sure, in full",
+        f"{expected_sentence(view.expected_of_best, mean)}\n\n{others}",
+        folded=True,
     )
 
 
@@ -280,11 +293,15 @@ def _about_parts(view: PlatformFront) -> list[str]:
         )
     kept = [
         name
-        for name, need in zip(names, view.freedom.needs, strict=True)
-        if need in (Need.today, Need.anything, Need.nothing)
+        for name, is_todays in zip(names, view.build == space.nominal, strict=True)
+        if is_todays
     ]
     if kept:
-        sentences.append(f"As today: {listed(tuple(kept))}.")
+        changes = view.fleet.splv_change(view.build) - view.fleet.splv_change(view.best)
+        change = signed(float(view.fleet.mean(changes)), 2)
+        sentences.append(
+            f"As today: {listed(tuple(kept))} (together {change} dB against best-mean)."
+        )
     sentences.append(f"N/mm are {view.stiffness_state}.")
     return [" ".join(sentences)]
 
@@ -364,7 +381,7 @@ def _conflict(report: Report, view: PlatformFront) -> None:
             f"{signed(view.fleet.splv_change(view.best)[odd], 1)} and "
             f"{signed(float(view.fleet.mean(view.fleet.splv_change(view.best), rest)), 1)} dB."
         )
-    report.section("What the designs trade", text, leads=True)
+    report.section("What the designs trade", text)
     if len(names) > 1:
         both = np.column_stack([others, change[:, odd]])
         edge = tuple(both[nondominated(both)][np.argsort(others[nondominated(both)])].T)
@@ -447,7 +464,7 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         "no booming peak is louder than today. Sigma-kept: the same with no more scatter than "
         f"today. Best-sigma: least scatter.{_further_picks(view.front)} Here: {'; '.join(names)}."
         f"{missing}",
-        leads=True,
+        folded=True,
     )
     report.table(
         "picks",
@@ -455,13 +472,14 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         f"Per vehicle and line, verified with {len(VERIFICATION)} scrambles of "
         f"{view.front.judge.n_samples} draws that the search never saw.",
         {"mean level [dB(A)]": 2, "sigma of the level [dB]": 3},
+        shown=picks.replace({"design": {"baseline": "today"}}),
     )
-    if view.prescribed is not None:
-        _motions(report, view, view.prescribed)
     if len(view.by_load_case):
         _load_cases(report, view)
     report_front(report, view.front)
     report.table("per_vehicle", _per_vehicle(view))
+    if view.prescribed is not None:
+        _motions(report, view, view.prescribed)
 
 
 def _further_picks(front: Front) -> str:
@@ -479,20 +497,11 @@ def _load_cases(report: Report, view: PlatformFront) -> None:
     """Show what the picks change in each load case, and where best-mean does least."""
     cases, column = view.by_load_case, f"{Pick.best_mean} [dB]"
     worst = cases.iloc[int(cases[column].argmax())]
-    means = {
-        name: view.fleet.mean(part.drop(columns=["load case", "vehicle"]).to_numpy(float).T)
-        for name, part in cases.groupby("load case", sort=False)
-    }
-    by_case = pd.DataFrame(means, index=cases.columns[2:]).T.rename_axis("load case")
-    titles = {name: view.platform.load_case(name).title for name in by_case.index}
-    report.table(
-        "load_cases",
-        cases,
-        "Change of the mean level in all load cases, mean over the vehicles. Best-mean does "
-        f"least in {titles[worst['load case']]}, {worst['vehicle']}: "
-        f"{signed(worst[column], 1)} dB.",
-        dict.fromkeys(map(str, by_case.columns), 1),
-        shown=by_case.rename(index=titles).reset_index(),
+    title = view.platform.load_case(worst["load case"]).title
+    report.table("load_cases", cases)
+    report.text(
+        f"Over all load cases best-mean does least in {title}, {worst['vehicle']}: "
+        f"{signed(worst[column], 1)} dB; load_cases.csv has each pick in each."
     )
     report.number(
         "worst_load_case", str(worst["load case"]), "", "load case in which best-mean does least"
@@ -541,14 +550,16 @@ def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
     best = whole[whole["pick"] == Pick.best_mean][[f"{judge} [dB]" for judge in motions]]
     (gain, _), (real, promised) = best.to_numpy(float)
     same = same_designs(prescribed.model, view.index, view.front.robust.space)
-    report.text(
+    report.section(
+        "With prescribed motion instead",
         f"Here the motion of the powertrain is solved for each design ({mine} motion); prescribed "
         f"motion keeps the measured motion. Prescribed motion expects {signed(promised, 1)} dB of "
         f"its own best-mean, of which {mine} motion expects {signed(real, 1)} dB; the best-mean of "
         f"{mine} motion brings {signed(gain, 1)} dB. Both rank designs alike (correlation "
         f"{same['correlation [1]'].min():.3f} or more), and prescribed motion expects "
         f"{PERCENT / same['slope [1]'].max():.0f} to {PERCENT / same['slope [1]'].min():.0f} % of "
-        "each change, because it neglects that a softer mount changes the motion of the powertrain."
+        "each change: it neglects that a softer mount changes the motion of the powertrain.",
+        folded=True,
     )
     report.table(
         "motions",
@@ -601,16 +612,15 @@ def _supplier(report: Report, view: PlatformFront) -> None:
     first, last = view.fleet.frequency[0], view.fleet.frequency[-1]
     report.section(
         "What the supplier should build",
-        "The stiffness factors of best-mean: shares of today's stiffness. N/mm are "
-        f"{view.stiffness_state}.",
-        leads=True,
+        "Shares of today's stiffness: those of best-mean, and today's part where it does as well. "
+        f"N/mm are {view.stiffness_state}.",
     )
     report.figure(
         "stiffness_bars",
         partial(
             plot.stiffness_bars,
             variables,
-            view.front.pick_designs[Pick.best_mean][:n],
+            view.build[:n],
             space.lower[:n],
             space.upper[:n],
             nominal,
@@ -619,25 +629,31 @@ def _supplier(report: Report, view: PlatformFront) -> None:
             mount_colours([mount.name for mount in view.platform.mounts]),
             stiffness_label=f"mean |K|, {first:g}–{last:g} Hz [N/mm]",
         ),
-        "Chosen stiffness of every mount and axis. The thin bracket spans the "
+        "New stiffness of every mount and axis. The thin bracket spans the "
         f"range within which, {freedom.sentence}.",
     )
     stiffness, on_brackets = _stiffness_table(view), np.any(view.bracket_softness > 0.0)
-    columns = [column for column in SHOWN_STIFFNESS if column in stiffness]
+    shown = stiffness[[column for column in SHOWN_STIFFNESS if column in stiffness]]
+    shown = shown.rename(columns={"nominal [N/mm]": "today [N/mm]"})
+    report.section("The new stiffnesses in numbers", folded=True)
     report.table(
         "stiffness",
         stiffness,
-        "Factor: share of today's stiffness"
+        "New: share of today's stiffness"
         + (", of the rubber; with brackets: of mount and brackets in series" if on_brackets else "")
         + ". From and to: the range around best-mean within "
         f"which, {freedom.sentence}, scatter of the parts included; any in bounds: that holds for "
-        "the whole range; as today: today's part lies in it. stiffness.csv has the other picks.",
+        "the whole range; as today: today's part lies in it. Largest change over the search: of a "
+        "vehicle's mean level or of one booming peak, whichever moves more, where this direction "
+        f"alone goes through all that was searched ({freedom.searched.min():.2f} to "
+        f"{freedom.searched.max():.2f}); the first screen has what the chosen part brings of the "
+        "mean. stiffness.csv has the picks as the search found them.",
         {
             column: 0 if column.endswith("[N/mm]") else 2
-            for column in columns
+            for column in shown.columns
             if column.endswith(("[N/mm]", "[1]"))
         },
-        shown=stiffness[columns],
+        shown=shown,
     )
     if len(view.front.variables) > n:
         report.table(
@@ -648,7 +664,7 @@ def _supplier(report: Report, view: PlatformFront) -> None:
 
 
 def _stiffness_table(view: PlatformFront) -> pd.DataFrame:
-    """List factor and stiffness of each pick by direction, and the range around best-mean."""
+    """List what to build, each pick by direction, and the range around best-mean."""
     nominal, freedom, softness = view.nominal_stiffness, view.freedom, view.bracket_softness
     variables = list(view.stiffness_variables)
     n = len(variables)
@@ -659,12 +675,16 @@ def _stiffness_table(view: PlatformFront) -> pd.DataFrame:
         if np.any(softness > 0.0):
             table[f"{name} with brackets [1]"] = with_brackets(design[:n], softness)
         table[f"{name} [N/mm]"] = nominal * design[:n]
+    table["new [1]"] = view.build[:n]
+    if np.any(softness > 0.0):
+        table["new with brackets [1]"] = with_brackets(view.build[:n], softness)
+    table["new [N/mm]"] = nominal * view.build[:n]
     for column, bound in zip(("from", "to"), freedom.interval[:n].T, strict=True):
         table[f"best-mean {column} [1]"] = np.where(free, np.nan, bound)
         table[f"best-mean {column} [N/mm]"] = np.where(free, np.nan, nominal * bound)
     table["requirement"] = [need.value for need in freedom.needs[:n]]
     moved = freedom.move[:n].argmax(axis=1)
-    table["largest change in its range [dB]"] = np.where(free, 0.0, freedom.move[:n].max(axis=1))
+    table["largest change over the search [dB]"] = np.where(free, 0.0, freedom.move[:n].max(axis=1))
     table["changed most"] = np.where(free, "–", np.array(freedom.vehicles)[moved])
     return pd.DataFrame(table)
 
@@ -762,28 +782,25 @@ SAME_DOE = ("doe", "n_designs", "n_failed")
 def report_answers(
     report: Report, answers: Mapping[str, Report], questions: Collection[Question]
 ) -> None:
-    """Add the answers to further questions to the page of a front.
+    """Add the answers to further questions: a sentence each, and a page of their own.
 
     - `answers`: report of each answer by its question, or by a longer name where one has several.
     - `questions`: that were asked.
     """
+    blocks: list[str | Link] = []
     for name, part in answers.items():
         _include(report, part, name)
+        words = name.replace("_", " ")
+        blocks += [part.verdict] * (name in set(Question))
+        blocks.append(Link(f"{name}.html", f"The page on {words}"))
     if Question.correlation in questions and Question.correlation not in answers:
-        report.section(
-            "Correlation", "There is one vehicle only: nothing to correlate, and no DOE was run."
-        )
+        blocks.append("There is one vehicle only: nothing to correlate, and no DOE was run.")
+    report.panel("Further questions", *blocks, wide=True)
 
 
 def _include(report: Report, part: Report, name: str) -> None:
     """Add the answer to a further question; its files and numbers begin with its name."""
     names = {key: f"{name}_{key}" for key in (*part.tables, *part.pictures, *part.summary)}
-    answers = name in set(Question)
-    if not answers:
+    if name not in set(Question):
         names |= dict.fromkeys(SAME_DOE, "")
-    # the first screen says which vehicles go together
-    folded = name == Question.correlation
-    title = name.replace("_", " ").capitalize()
-    report.include(part, title, names=names, leading=True, folded=folded)
-    if answers:
-        report.remarks.append(part.verdict)
+    report.include(part, names=names, page=name)

@@ -519,7 +519,6 @@ def sensitivity_report(study: Sensitivity) -> Report:
         "Stiffness by stiffness",
         "Share of the variance that comes from each stiffness: alone, and in total, together with "
         "others. An index that is not larger than its interval is shown as zero.",
-        leads=True,
     )
     index_figures(
         report,

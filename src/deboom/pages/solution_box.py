@@ -26,15 +26,17 @@ from deboom.pages.front import drawn_rows, left_out, report_cells
 from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_name, motion_report, report_runs
 from deboom.physics.dynamic_stiffness import N_PER_MM
-from deboom.plot.style import mount_colours
+from deboom.plot.style import mount_colours, signed
 from deboom.report import Report, Step, Table
 from deboom.vehicles.booming_model import BoomingModel
-from deboom.vehicles.free_directions import DirectionFreedom, free_directions
+from deboom.vehicles.free_directions import NOTICEABLE, DirectionFreedom, free_directions
 from deboom.vehicles.limits import MeanLevel, PeakLevel
 from deboom.vehicles.platform import MountSource, Runs
 
 SHOWN_PARTS = 4096
 """Parts of the box whose levels are drawn, and of each of its ends."""
+USUAL_SHARE = 0.8
+"""Of what a front's design brings each vehicle, that limits keep where nobody states any [1]."""
 TIGHTEST = 2
 """Directions in the headline: the narrowest intervals that the limit sets."""
 
@@ -103,6 +105,20 @@ def box_report(
             f"The share is one over all vehicles: {study.binding} alone misses its limit with "
             f"{_percent(float(study.missed.max()), 1)} of the parts. --worst-vehicle asks every "
             "part to keep the limit in all vehicles."
+        )
+    if study.gain_kept is not None and study.gain_kept < USUAL_SHARE:
+        report.warn(
+            f"No box keeps {_percent(USUAL_SHARE, 0)} of the vehicles' gains; "
+            f"{_percent(study.gain_kept, 0)} is the largest share, in steps of 10 %, that has one."
+        )
+    outside = study.effective & ((study.point < study.box.lower) | (study.point > study.box.upper))
+    if outside.any():
+        names = ", ".join(
+            f"{study.variables[k]} {study.point[k]:.2f}" for k in np.flatnonzero(outside)
+        )
+        report.warn(
+            f"The design that was asked for lies outside the box in {names}: the largest box asks "
+            "for other parts there, so that the other directions may be wide."
         )
     if not study.solution.confirmed:
         report.warn(
@@ -174,6 +190,26 @@ def _numbers(report: Report, study: BoxStudy, certainty: Interval) -> None:
         "dB",
         "by how much the limit could be lowered, until the box is a point",
     )
+    report.number(
+        "change_inside_db",
+        study.change_inside,
+        "dB",
+        "change of what is limited with parts all over the box, mean of the vehicles, in the model",
+        headline="+.1f",
+    )
+    report.number(
+        "change_of_design_db",
+        study.change_of_design,
+        "dB",
+        "the same by the design that the box lies about",
+    )
+    if study.gain_kept is not None:
+        report.number(
+            "gain_kept",
+            study.gain_kept,
+            "1",
+            "share of each vehicle's gain by the design that its limit keeps",
+        )
     report.number("n_parts_verified", check.n_parts, "", "parts of the verification")
     report.number("seconds", round(study.solution.seconds, 3), "s", "time for the box")
     report.number(
@@ -201,7 +237,9 @@ class BoxStudy:
     - `solution`: the largest box, verified.
     - `seed`: of what is drawn for the page.
     - `limit_below_today`: how far each vehicle's limit lies below its level today; None: one limit
-      for all [dB].
+      for all, or of the gain [dB].
+    - `gain_kept`: share of each vehicle's gain by the design that its limit keeps [1]; None: limits
+      were stated, or are today's levels.
     """
 
     runs: Runs
@@ -211,6 +249,7 @@ class BoxStudy:
     solution: LargestBox
     seed: int
     limit_below_today: float | None
+    gain_kept: float | None = None
 
     @property
     def question(self) -> BoxQuestion:
@@ -221,9 +260,29 @@ class BoxStudy:
     def limit_origin(self) -> str:
         """Where the limit comes from, in words."""
         below = self.limit_below_today
+        if self.gain_kept is not None:
+            return (
+                "each vehicle's level of today less "
+                f"{_percent(self.gain_kept, 0)} of what the design brings it"
+            )
         if below is None:
             return "the limit that was stated"
         return f"each vehicle's level of today{f' less {below:g} dB' if below else ''}"
+
+    @cached_property
+    def today(self) -> RealArray:
+        """What is limited of each vehicle with today's parts, shape (n_vehicle,) [dB(A)]."""
+        return np.asarray(self.response(self.space.nominal[np.newaxis])[0])
+
+    @property
+    def change_of_design(self) -> float:
+        """Change by the Pareto point, mean of the vehicles [dB]."""
+        return float(np.mean(self.response(self.point[np.newaxis])[0] - self.today))
+
+    @property
+    def change_inside(self) -> float:
+        """Change with all parts anywhere in the box, mean of parts and vehicles [dB]."""
+        return float(np.mean(self.shown_excess + self.question.limit - self.today))
 
     @property
     def response(self) -> MeanLevel | PeakLevel:
@@ -377,13 +436,12 @@ def _answer(report: Report, study: BoxStudy, certainty: Interval, what: str, run
         "preload, amplitude and frequency on the supplier's sheet.",
         wide=True,
     )
-    today = study.response(study.space.nominal[np.newaxis])[0]
     levels = study.shown_excess + limit
     each = pd.DataFrame(
         {
             "vehicle": list(study.vehicles),
             "limit [dB(A)]": limit,
-            "today [dB(A)]": today,
+            "today [dB(A)]": study.today,
             "in the box [dB(A)]": levels.mean(axis=0),
             "P95 [dB(A)]": np.quantile(levels, 0.95, axis=0),
             "parts that miss [%]": PERCENT * study.missed,
@@ -398,8 +456,25 @@ def _answer(report: Report, study: BoxStudy, certainty: Interval, what: str, run
     )
 
 
-def _answer_in_words(study: BoxStudy, certainty: Interval, what: str) -> tuple[str, str, str]:
-    """Return which ends to keep and what that reaches, how sure it is, and what the limit is."""
+def _worth(study: BoxStudy) -> str:
+    """Say what parts anywhere in the box bring, and what they give up against the design."""
+    inside, design = study.change_inside, study.change_of_design
+    sentence = (
+        f"With all parts inside, the {study.response.quantity} changes by {signed(inside, 1)} dB "
+        f"on average; by the design itself {signed(design, 1)} dB."
+    )
+    if inside - design < NOTICEABLE:
+        return sentence
+    remedy = (
+        "narrower intervals keep more: --below-today."
+        if study.gain_kept is not None
+        else "--front RUN asks each vehicle to keep 80 % of its gain."
+    )
+    return f"{sentence} {inside - design:.1f} dB are given up for wide intervals; {remedy}"
+
+
+def _answer_in_words(study: BoxStudy, certainty: Interval, what: str) -> tuple[str, ...]:
+    """Return which ends to keep, what that reaches and brings, how sure it is, and the limit."""
     check, box = study.solution.verified, study.box
     origin = study.limit_origin
     needed = ~study.on_bounds & study.effective
@@ -422,6 +497,7 @@ def _answer_in_words(study: BoxStudy, certainty: Interval, what: str) -> tuple[s
         f"{deliver}; {free} other directions are free within what was searched: "
         f"{_percent(check.share, 1)} of {what} keep {origin}. {study.binding} binds: "
         f"{_percent(float(study.missed.max()), 1)} of the parts miss its limit.",
+        _worth(study),
         f"How sure: at least {_percent(check.bound, 1)} with {_percent(check.confidence, 0)} "
         f"confidence over parts; with all measurements drawn again "
         f"{_percent(float(certainty.lower), 0)} to {_percent(float(certainty.upper), 0)} (90 %). "
@@ -520,7 +596,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
         "known to half a decibel only.",
     )
     levels = study.shown_excess + question.limit
-    today = study.response(study.space.nominal[np.newaxis])[0]
+    today = study.today
     limit = np.broadcast_to(question.limit, today.shape)
     drawn = drawn_rows(np.quantile(levels - limit, 0.95, axis=0))
     report.figure(
@@ -585,6 +661,7 @@ def acceptance_box(study: BoxStudy, certainty: Interval) -> AcceptanceBox:
         quantity=study.response.quantity,
         unit=study.response.response_unit,
         limit_below_today_db=study.limit_below_today,
+        gain_kept=study.gain_kept,
         together=study.question.together,
         variables=tuple(
             BoxVariable(

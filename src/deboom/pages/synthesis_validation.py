@@ -16,7 +16,7 @@ from deboom.measurement.uncertainty import LevelSpread
 from deboom.pages.modal import append_modes
 from deboom.plot import CurvePanel
 from deboom.plot.style import INK, VEHICLE_PALETTE, mount_colours
-from deboom.report import Report
+from deboom.report import Report, Step, Table
 from deboom.report.tables import split_label
 from deboom.vehicles.path_analysis import paths_by_axis
 from deboom.vehicles.synthesis import (
@@ -85,6 +85,7 @@ def synthesis_report(model: DrivenVehicles, result: Validation) -> Report:
         f"Not within its target: {'; '.join(missed)}." if len(missed) else "",
         f"There is no modal analysis: {result.complaint}." if result.complaint else "",
     )
+    _answer(report, result, comparisons, judged)
     _headlines(report, result, comparisons)
     _facts(report, result)
     _against_the_thesis(report, result, judged)
@@ -114,6 +115,40 @@ def synthesis_report(model: DrivenVehicles, result: Validation) -> Report:
     if result.spread is not None:
         _spread(report, result, result.spread)
     return report
+
+
+def _answer(
+    report: Report, result: Validation, comparisons: pd.DataFrame, judged: pd.DataFrame
+) -> None:
+    """Say whether the synthesis may be used, how far it is off, and what comes next."""
+    road = comparisons[comparisons["comparison"] == ON_ROAD]
+    aimed = judged[judged["holds"] != ""]
+    missed = aimed.loc[aimed["holds"] == "no", "name"]
+    held = f"{len(aimed) - len(missed)} of {len(aimed)} targets hold"
+    off = (
+        f"shape {road[CORR_F].median():.1f} % (corr_f), scale {road[CORR_S].median():.1f} % "
+        f"(corr_s) in the median, booming peaks within {road[PEAK].max():.1f} dB"
+    )
+    report.answer(
+        (
+            f"Use the synthesised sound: it is the measured one, {off}; {held}."
+            if missed.empty
+            else f"Look at {len(missed)} missed targets before you use the synthesised sound: "
+            f"{off}; {held}."
+        ),
+        "How sure: the thesis reached 5 %, 10 % and 3 dB. All differences are against the "
+        f"microphone of {len(result.vehicles)} driven vehicles.",
+        "What not to trust: "
+        + (f"{'; '.join(missed)}. " if len(missed) else "")
+        + "Levels in notches, where paths cancel: only peaks are compared.",
+    )
+    each = road.drop(columns=["comparison"])
+    report.panel("Each vehicle on the road", Table(each, ""), wide=True)
+    report.panel(
+        "What to do next",
+        Step("deboom run front PLATFORM", "which stiffnesses make the fleet quiet"),
+        Step("deboom look VEHICLE", "functions and runs of a vehicle, as measured"),
+    )
 
 
 def _headlines(report: Report, result: Validation, comparisons: pd.DataFrame) -> None:

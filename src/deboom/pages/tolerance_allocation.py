@@ -12,12 +12,14 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import PERCENT, RealArray
+from deboom.errors import listed
 from deboom.explore.tolerance_allocation import Allocation, Allocator, FreeTolerances, Verified
 from deboom.mounts.mount import Mount
 from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_report
 from deboom.plot.style import signed
 from deboom.report import Report, Step, Table
+from deboom.vehicles.free_directions import NOTICEABLE, largest_changes
 
 TIGHTEST = 3
 """Directions that the verdict names."""
@@ -126,6 +128,7 @@ def tolerance_report(
         "every direction costs 1 at ±15 % and twice as much at half the width. Ratios of costs "
         "are valid for prices without a fixed part.",
         *motion_report(sets.index, sets.design[np.newaxis]).warnings,
+        _heard_alone(sets),
     )
     report.assume(*assumed)
     _numbers(report, sets)
@@ -140,6 +143,33 @@ def tolerance_report(
     }
     report.inputs += inputs
     return report
+
+
+def _heard_alone(sets: ToleranceSets) -> str:
+    """Name directions that are wide for the mean of all vehicles, and that one vehicle hears."""
+    names, tolerance, column = (
+        sets.cheapest.names,
+        sets.cheapest.tolerance,
+        np.arange(len(sets.cheapest.names)),
+    )
+    ends = np.tile(sets.design, (2, len(names), 1))
+    ends[0, column, column] *= 1.0 - tolerance
+    ends[1, column, column] *= 1.0 + tolerance
+    change = largest_changes(sets.index, ends.reshape(-1, len(sets.design)), sets.design)
+    change = change.reshape(2, len(names), -1).max(axis=0)
+    wide = np.isclose(tolerance, sets.allocator.upper) & (change.max(axis=1) > NOTICEABLE)
+    if not (sets.by_sigma and wide.any()):
+        return ""
+    most = int(np.argmax(np.where(wide, change.max(axis=1), 0.0)))
+    vehicle = sets.index.response_names[int(change[most].argmax())]
+    directions = [name for name, is_wide in zip(names, wide, strict=True) if is_wide]
+    return (
+        f"The target is the scatter of the mean of all vehicles. {listed(tuple(directions))} may "
+        "be as wide as allowed for it, and a single vehicle hears them: "
+        f"{names[most]} at "
+        f"±{PERCENT * tolerance[most]:.0f} % moves {vehicle}, its mean level or one booming peak, "
+        f"by up to {change[most].max():.1f} dB. Where each vehicle has a limit, ask solution_box."
+    )
 
 
 def _goal(sets: ToleranceSets) -> str:

@@ -150,8 +150,11 @@ def _answer(report: Report, measured: MeasuredUnbalance, alarms: Sequence[str]) 
     """Say both unbalances, how far they may be believed, and what comes next."""
     evaluation, chosen = measured.evaluation, measured.evaluation.chosen
     static, dynamic = chosen.sources.static, chosen.sources.dynamic
+    sure = f"Do not rely on it, {alarms_in_words(alarms)}" if alarms else "Use it"
     decided = (
-        f"{overall(measured.verdicts).value.capitalize()}: static" if measured.limits else "Static"
+        f"{overall(measured.verdicts).value.capitalize()}: static"
+        if measured.limits
+        else f"{sure}, though no limit says whether it is good: static"
     )
     report.answer(
         f"{decided} unbalance {1e6 * abs(static.value):.2f} g mm "
@@ -161,6 +164,8 @@ def _answer(report: Report, measured: MeasuredUnbalance, alarms: Sequence[str]) 
         f"How sure: in brackets the interval of {100 * evaluation.options.confidence:g} %; rotor, "
         f"gas and mounts leave {chosen.sources.remaining_chi:.2f} times the noise, route "
         f"{chosen.route.letter}; {alarms_in_words(alarms)}.",
+        "What not to trust: lines near a resonance of the mounts, where the curves are hatched; "
+        "the fit over all speeds does not depend on them.",
     )
     report.panel(
         "What to do next",
@@ -382,18 +387,24 @@ def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> 
             title = f"{name.capitalize()}, {case_name(pressure)}"
             masked = _curve(sweep, name).reasons
             panels.append(CurvePanel(title, sweep.frequency, curves, y_label=label, masked=masked))
-    report.figure(
-        "figure_62_hoses",
-        lambda: plot.curve_panels(
-            panels,
-            columns=min(2, len(pressures)),
-            dashed=(TRUTH,),
-            order=1.0,
-            speed_label=ROTOR,
-        ),
-        "Unbalance as it appears with the hoses of the vehicle against hoses cut "
-        "off (thesis, figure 62). The difference is what the hoses push back.",
-    )
+    if all(_is_masked(panel) for panel in panels):
+        report.text(
+            "No line of the unbalance is to be trusted where hoses are joined and cut off alike: "
+            "nothing is drawn."
+        )
+    else:
+        report.figure(
+            "figure_62_hoses",
+            lambda: plot.curve_panels(
+                panels,
+                columns=min(2, len(pressures)),
+                dashed=(TRUTH,),
+                order=1.0,
+                speed_label=ROTOR,
+            ),
+            "Unbalance as it appears with the hoses of the vehicle against hoses cut "
+            "off (thesis, figure 62). The difference is what the hoses push back.",
+        )
     forces = _force_panels(joined, measured.truth)
     report.figure(
         "figure_62c_forces",
@@ -401,6 +412,12 @@ def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> 
         "Forces inside as they appear with the hoses joined (thesis, figure 62c): where the hoses "
         "resonate, they stand beside the truth of rotor and gas.",
     )
+
+
+def _is_masked(panel: CurvePanel) -> bool:
+    """Say whether a panel has a reason against every line."""
+    reasons = [np.asarray(lines, dtype=bool) for lines in panel.masked.values()]
+    return bool(reasons) and bool(np.any(reasons, axis=0).all())
 
 
 def _widest(result: RouteResult) -> dict[float, SweepUnbalance]:

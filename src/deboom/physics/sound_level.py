@@ -263,9 +263,9 @@ def run_up_sound(
     return np.asarray((amplitude * turn).real)
 
 
-def full_scale(sounds: npt.ArrayLike) -> float:
-    """Return the full scale of run-ups that shall be compared by ear [Pa].
+def full_scale(pressure: npt.ArrayLike) -> float:
+    """Return the full scale of run-ups that shall be compared by ear, whatever their length [Pa].
 
-    - `sounds`: sound pressures of all of them [Pa].
+    - `pressure`: complex peak amplitudes of all lines of all of them [Pa].
     """
-    return HEADROOM * float(np.abs(np.asarray(sounds)).max())
+    return HEADROOM * float(np.abs(np.asarray(pressure)).max())

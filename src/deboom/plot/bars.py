@@ -78,7 +78,7 @@ def factor_rows(
         bars.tick_params(axis="y", length=0)
         bars.set_xlabel(x_label)
         table.set_axis_off()
-        table.set_title(f"{title}\n", loc="right", fontsize=8.0, color=MUTED, pad=8.0)
+        table.set_title(title, loc="right", fontsize=8.0, color=MUTED, pad=19.0)
         above: dict[str, Any] = {"ha": "right", "va": "bottom", "transform": table.transAxes}
         for end, heading in zip(_PLACES, headings, strict=True):
             table.text(end, 1.015, heading, fontweight="bold", **above)
@@ -101,10 +101,10 @@ def stiffness_bars(
     *,
     stiffness_label: str,
 ) -> Figure:
-    """Draw the chosen stiffness factors from nominal within their bounds, N/mm beside them.
+    """Draw the new stiffness factors from today's within their bounds, N/mm beside them.
 
     - `variables`: names ``<mount> <axis>``, n of them.
-    - `factor`, `lower`, `upper` (n,): chosen stiffness factor and its bounds [1]; 1 is nominal.
+    - `factor`, `lower`, `upper` (n,): new stiffness factor and its bounds [1]; 1 is today's.
     - `nominal_stiffness` (n,): dynamic stiffness at factor 1 [N/mm]; nan where none was measured.
     - `no_requirement`: true where the variable has no effect on the objectives.
     - `indifference` (n, 2): ends of the interval of the factor within which the objectives do not
@@ -143,9 +143,9 @@ def stiffness_bars(
         high,
         no_requirement,
         texts=texts,
-        headings=("nominal", "chosen", "change"),
+        headings=("today", "new", "change"),
         title=stiffness_label,
-        x_label="stiffness factor, 1 = nominal [1]",
+        x_label="stiffness factor, 1 = today [1]",
     ) as (figure, bars, rows):
         for place, name in enumerate(variables):
             if no_requirement[place]:
@@ -157,7 +157,7 @@ def stiffness_bars(
                 bars.plot(interval[place], [row + 0.26] * 2, "|-", color=INK, lw=1.0, ms=4.5)
         handles: list[Patch | Line2D] = [
             Patch(facecolor=TRACK, label="allowed range"),
-            Line2D([], [], color=MUTED, marker="o", mec="white", ms=7, label="nominal to chosen"),
+            Line2D([], [], color=MUTED, marker="o", mec="white", ms=7, label="today to new"),
             Line2D([], [], color=INK, lw=1.0, marker="|", ms=6, label="no noticeable difference"),
         ]
         figure.legend(handles=handles, loc="outside lower left", ncols=3)

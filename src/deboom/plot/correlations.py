@@ -85,6 +85,7 @@ def clustered_matrix(
         grid.ax_heatmap.tick_params(length=0, labelsize=7.5)
         grid.ax_heatmap.tick_params(axis="y", rotation=0)
         figure: Figure = grid.figure
+        figure.tight_layout(h_pad=0.02, w_pad=0.02)  # names lie flat now and need more room
         return figure
 
 

@@ -35,6 +35,7 @@ _DASH, _GAP = 4.0, 1.6  # in line widths
 _TICKS = (10, 20, 30, 50, 70, 100, 150, 200, 300, 500)  # Hz
 _HATCHES = ("////", "....", "xxxx", "----")
 _MASK_FACE, _MASK_EDGE = "#F1EFEA", "#BDB6A6"
+_FEW_DECADES = 300.0  # ratio of the ends of a logarithmic axis below which 2 and 5 have room
 _THINNEST, _WIDER, _WIDEST = 1.2, 0.4, 2.2  # pt
 _LEGEND, _KEY = 105, 7  # characters in a row of the legend, and of each key
 _MARGIN = 0.08  # of the range of the trusted values, above and below
@@ -95,6 +96,7 @@ def curve_panels(
     log_frequency: bool = False,
     fitted: Sequence[tuple[float, float]] = (),
     depth: float | None = None,
+    width: float = FULL_WIDTH,
 ) -> Figure:
     """Draw panels of curves, with one legend for all.
 
@@ -109,6 +111,7 @@ def curve_panels(
     - `log_frequency`: logarithmic frequency axis.
     - `fitted`: frequency bands that are shaded: where a model was fitted [Hz].
     - `depth`: how far below the highest value the scale ends, for levels with notches [unit of y].
+    - `width`: of the figure [inch].
     - raises InputError: no panel, arrays of different lengths, values that are not finite, a label
       without colour, a mask of other lines.
     """
@@ -118,8 +121,9 @@ def curve_panels(
     alike = len(set(spans)) <= 1
     columns = min(columns, max(len(panels), 1))
     height = 0.9 + 0.18 * len(looks.hatch) + 0.15 * (order is not None)
+    panel_height = _PANEL_HEIGHT[columns] * np.sqrt(width / FULL_WIDTH)
     with panel_grid(
-        "curve_panels", len(panels), columns, height, _PANEL_HEIGHT[columns], alike, share_y
+        "curve_panels", len(panels), columns, height, panel_height, alike, share_y, width
     ) as (figure, grid):
         drawn = []
         for place, (axes, panel) in enumerate(zip(grid, panels, strict=True)):
@@ -269,8 +273,15 @@ def plain_logarithmic(axes: Axes) -> None:
     """Set a logarithmic scale with few plain numbers."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
+    class FewTicks(LogLocator):
+        """Ticks at 1, 2 and 5 of few decades, at 1 of many."""
+
+        def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
+            self.set_params(subs=(1.0, 2.0, 5.0) if vmax < _FEW_DECADES * vmin else (1.0,))
+            return super().tick_values(vmin, vmax)
+
     axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_locator(FewTicks())
     axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
@@ -348,8 +359,8 @@ _SAME_PEAK = 1.5  # Hz; a peak that stayed where it was is labelled once
 def spl_curves(
     frequency: npt.ArrayLike,
     order: float,
-    baseline: npt.ArrayLike,
-    optimised: npt.ArrayLike,
+    today: npt.ArrayLike,
+    new: npt.ArrayLike,
     vehicles: Sequence[str],
     peaks_before: Sequence[npt.ArrayLike],
     peaks_after: Sequence[npt.ArrayLike],
@@ -362,7 +373,7 @@ def spl_curves(
     """Draw levels before (dashed) and after, one panel per vehicle, all on one dB scale.
 
     - `frequency` (n_frequency,): lines [Hz]; `order`: per revolution [1], gives the speed above.
-    - `baseline`, `optimised` (n_vehicle, n_frequency): SPL [dB(A)]; notches deeper than 50 dB below
+    - `today`, `new` (n_vehicle, n_frequency): SPL [dB(A)]; notches deeper than 50 dB below
       the loudest line leave the panel.
     - `peaks_before`, `peaks_after`: frequencies of the booming peaks of each vehicle [Hz].
     - `change` (n_vehicle,), optional: stated above each panel [dB]; by default that of its curves.
@@ -373,30 +384,30 @@ def spl_curves(
     rows = finite(
         "spl_curves",
         {
-            "baseline": baseline,
-            "optimised": optimised,
+            "today": today,
+            "new": new,
             "vehicles": np.zeros(len(vehicles)),
             "peaks_before": np.zeros(len(peaks_before)),
             "peaks_after": np.zeros(len(peaks_after)),
         },
     )
-    for name in ("baseline", "optimised"):
+    for name in ("today", "new"):
         if rows[name].shape != (len(vehicles), lines.size):
             raise InputError(
                 f"figure spl_curves: {name} has shape {rows[name].shape}, expected (n_vehicle, "
                 f"n_frequency) = ({len(vehicles)}, {lines.size})"
             )
-    by_curves = np.mean(rows["optimised"] - rows["baseline"], axis=1)
+    by_curves = np.mean(rows["new"] - rows["today"], axis=1)
     said = np.asarray(by_curves if change is None else change, dtype=float)
     columns = min(len(vehicles), 2 if len(vehicles) <= 6 else 3)
-    row_height = {1: 2.9 * np.sqrt(width / FULL_WIDTH), 2: 1.85, 3: 1.6}[columns]
+    row_height = {1: 2.9 * np.sqrt(width / FULL_WIDTH), 2: 1.6, 3: 1.6}[columns]
     with panel_grid("spl_curves", len(vehicles), columns, 1.15, row_height, True, True, width) as (
         figure,
         panels,
     ):
         figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
         for place, (axes, name) in enumerate(zip(panels, vehicles, strict=True)):
-            _curves(axes, lines, rows["baseline"][place], rows["optimised"][place], colours[name])
+            _curves(axes, lines, rows["today"][place], rows["new"][place], colours[name])
             axes.set_title(name, loc="left", fontweight="bold")
             axes.set_title(f"mean change {signed(said[place], 1)} dB", loc="right", fontsize=8.0)
             if place < columns:
@@ -406,9 +417,9 @@ def spl_curves(
                 axes.set_xlabel("frequency [Hz]")
             if place % columns == 0:
                 axes.set_ylabel("SPL [dB(A)]")
-        _level_axis(panels[0], lines, np.vstack([rows["baseline"], rows["optimised"]]))
+        _level_axis(panels[0], lines, np.vstack([rows["today"], rows["new"]]))
         for place, axes in enumerate(panels):
-            curves = (rows["baseline"][place], rows["optimised"][place])
+            curves = (rows["today"][place], rows["new"][place])
             peaks = (np.asarray(peaks_before[place]), np.asarray(peaks_after[place]))
             _peaks(axes, lines, curves, peaks, colours[vehicles[place]])
         if width == FULL_WIDTH:  # beside another figure the caption says it
@@ -420,8 +431,8 @@ def _curves(
     axes: Axes, frequency: RealArray, before: RealArray, after: RealArray, colour: str
 ) -> None:
     quieter = after < before
-    axes.plot(frequency, before, color=MUTED, lw=1.1, ls=(0, (4, 1.6)), label="baseline")
-    axes.plot(frequency, after, color=colour, linewidth=1.5, label="optimised")
+    axes.plot(frequency, before, color=MUTED, lw=1.1, ls=(0, (4, 1.6)), label="today")
+    axes.plot(frequency, after, color=colour, linewidth=1.5, label="new")
     axes.fill_between(
         frequency,
         before,
@@ -430,7 +441,7 @@ def _curves(
         color=colour,
         alpha=0.22,
         linewidth=0.0,
-        label="quieter than baseline",
+        label="quieter than today",
     )
 
 
@@ -466,8 +477,8 @@ def _peaks(
 ) -> None:
     """Mark the peaks of both curves and write the frequency of each place once."""
     looks = (
-        ("v", _ABOVE, "white", MUTED, "baseline"),
-        ("^", -_ABOVE, colour, colour, "optimised"),
+        ("v", _ABOVE, "white", MUTED, "today"),
+        ("^", -_ABOVE, colour, colour, "new"),
     )
     for curve, frequencies, (shape, above, fill, edge, name) in zip(
         curves, peaks, looks, strict=True

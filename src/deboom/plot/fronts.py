@@ -107,7 +107,7 @@ def pareto_front(
             label=label,
         )
         for place in today:
-            axes.plot(*place, "X", color=INK, markersize=8, ls="none", zorder=4, label="baseline")
+            axes.plot(*place, "X", color=INK, markersize=8, ls="none", zorder=4, label="today")
         for number, (position, name) in enumerate(_by_place(picks).items()):
             axes.plot(
                 *position,

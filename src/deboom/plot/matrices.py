@@ -43,7 +43,7 @@ def cell_number(value: float, decimals: int, largest: float = 1.0) -> str:
 
 
 _CELL = 1.13
-_SMALL = 5.5
+_SMALL = 7.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,12 +209,17 @@ def _small_axes(axes: Axes, *, logarithmic: bool) -> None:
         axes.set_yscale("log")
         axes.yaxis.set_minor_locator(NullLocator())
         # names may have a dollar sign, so powers of ten are not set as formulae
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _short_power(value)))
     else:
         axes.yaxis.set_major_locator(MaxNLocator(3))
         axes.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
         axes.yaxis.get_offset_text().set_fontsize(_SMALL)
     axes.tick_params(labelsize=_SMALL, length=2, pad=1.5)
+
+
+def _short_power(value: float) -> str:
+    """Write a power of ten in at most four letters: 0.01, 100, 1e-4, 1e5."""
+    return f"{value:g}" if 0.01 <= value <= 1000.0 else f"1e{round(float(np.log10(value)))}"
 
 
 def _share_blocks(grid: npt.NDArray[np.object_], n: int) -> None:

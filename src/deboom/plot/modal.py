@@ -28,6 +28,7 @@ from deboom.plot.style import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
+    from matplotlib.text import Annotation
 
 _STABLE, _ALONE = VEHICLE_PALETTE[0], VEHICLE_PALETTE[1]
 
@@ -112,6 +113,8 @@ LARGEST = 0.28
 """Largest displacement in the drawing [m]; a real one is below a tenth of a millimetre."""
 _CAR = 0.5, 5.0
 """Sizes of a body that is drawn with lengths in m; those of others follow their size [m]."""
+_NAME_AWAY = 9.0
+"""Distance of a name from its point, away from the middle [pt]."""
 _MOST_NAMES = 40
 """Points whose names are still legible."""
 
@@ -156,10 +159,11 @@ def mode_shapes(body: BodyMotion) -> bytes:
     drawing = _Drawing(body)
     columns = len(body.titles)
     frames: list[Image.Image] = []
+    names: list[Annotation] = []
     with styled_figure(1.75 * columns, 3.0) as figure:
         grid = figure.subplots(2, columns, squeeze=False)
         for (view, mode), axes in np.ndenumerate(grid):
-            drawing.at_rest(axes, view, named=mode == 0)
+            names += drawing.at_rest(axes, view, named=mode == 0)
             if view == 0:
                 axes.set_title(body.titles[mode], loc="left", fontsize=8.0)
         figure.set_dpi(100)
@@ -174,6 +178,8 @@ def mode_shapes(body: BodyMotion) -> bytes:
                 for line in drawing.lines(axes, view, points, VEHICLE_PALETTE[0], 1.4, "-"):
                     axes.draw_artist(line)
                     line.remove()
+            for name in names:  # over what moves
+                name.draw(agg.get_renderer())
             still = Image.fromarray(np.asarray(agg.buffer_rgba())).convert("RGB")
             frames.append(still.quantize(64, palette=frames[0] if frames else None))
     close(figure)
@@ -220,8 +226,8 @@ class _Drawing:
         if any(not 0 <= point < len(self.labels) for trace in self.traces for point in trace):
             raise InputError("figure mode_shapes: a trace goes to a point that is not there")
 
-    def at_rest(self, axes: Axes, view: int, *, named: bool) -> None:
-        """Draw the body undeformed, with axes to scale, and the names of what a view shows."""
+    def at_rest(self, axes: Axes, view: int, *, named: bool) -> list[Annotation]:
+        """Draw the body undeformed, with axes to scale; return the names of what a view shows."""
         across, up, title = _VIEWS[view]
         shown = self.positions[~self.is_panel | (view == 0)][:, _plane(view)]
         margin = self.scale * _MARGIN
@@ -233,22 +239,35 @@ class _Drawing:
         axes.set_xlabel(f"{across} [m], {title}")
         if not named:
             axes.tick_params(labelleft=False)
-            return
+            return []
         axes.set_ylabel(f"{up} [m]")
         if len(self.labels) > _MOST_NAMES:
-            return
-        for label, place, is_panel in zip(self.labels, self.positions, self.is_panel, strict=True):
-            if is_panel == (view == 0):
+            return []
+        plane = _plane(view)
+        centre = shown.mean(axis=0)
+        names = []
+        for label, position, is_panel in zip(
+            self.labels, self.positions, self.is_panel, strict=True
+        ):
+            if is_panel != (view == 0):
+                continue
+            place = position[plane]
+            away = place - centre
+            away /= max(float(np.linalg.norm(away)), 1e-12)
+            names.append(
                 axes.annotate(
                     label,
-                    tuple(place[_plane(view)]),
-                    xytext=(0, 7),
+                    tuple(place),
+                    xytext=tuple(_NAME_AWAY * away),
                     textcoords="offset points",
                     ha="center",
-                    fontsize=5.5,
+                    va="center",
+                    fontsize=7.0,
                     color=INK,
                     path_effects=halo(1.5),
                 )
+            )
+        return names
 
     def lines(
         self,

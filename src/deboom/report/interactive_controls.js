@@ -228,13 +228,14 @@ function drawMarks() {
   for (const view of [parallel, scatter, ...panels]) view.drawMarks();
 }
 
+const rest = byId("designs"); // on a phone the sliders suffice; what is folded is drawn when it opens
 function redraw() {
   const brushes = [...state.brushes].map(([axis, [low, high]]) => [axis, low - 1e-6, high + 1e-6]);
   selected = designs.filter((design) => brushes.every(([axis, low, high]) => {
     const step = stepOf(axis, axis.values[design]);
     return step >= low && step <= high;
   }));
-  drawPictures();
+  if (!rest || rest.open || printing) drawPictures();
   drawKey();
   drawSliders();
   drawWords();
@@ -285,6 +286,8 @@ byId("export").addEventListener("click", exportSelection);
 byId("line").max = front.frequency.length - 1;
 byId("line").addEventListener("input", () => readAt(Number(byId("line").value)));
 byId("explorer").hidden = false;
+if (rest && matchMedia("(max-width: 600px)").matches) rest.open = false;
+if (rest) rest.addEventListener("toggle", () => { if (rest.open) redraw(); });
 for (const [event, onPaper] of [["beforeprint", true], ["afterprint", false]]) {
   window.addEventListener(event, () => { printing = onPaper; redraw(); });
 }

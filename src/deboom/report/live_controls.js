@@ -112,7 +112,7 @@ function buildSliders() {
 }
 
 function slide(k, factor, input) {
-  if (!input.holding) undo.push(session.x);
+  if (!input.holding) leave(session.x);
   input.holding = true;
   byId("live-said").textContent = "";
   session.x = session.x.map((xk, j) => (partnersOf(k).includes(j) ? factor : xk));
@@ -133,6 +133,7 @@ function drawSliders() {
     reach.style.cssText = narrowed ? `left:${place100(session.lower[k])};right:calc(100% - ${place100(session.upper[k])})` : "display:none";
   }
   byId("live-back").disabled = undo.length === 0;
+  byId("live-again").disabled = redo.length === 0;
 }
 
 // ---- a card of each vehicle
@@ -397,11 +398,24 @@ function pinNumbers(pin) {
 
 byId("live-improve").addEventListener("click", improve);
 byId("live-today").addEventListener("click", () => moveTo(model.ones));
-byId("live-back").addEventListener("click", () => {
-  session.x = undo.pop();
+function step(from, to) {
+  if (!from.length) return;
+  to.push(session.x);
+  session.x = from.pop();
   remember();
   redraw();
   announce();
+}
+byId("live-back").addEventListener("click", () => step(undo, redo));
+byId("live-again").addEventListener("click", () => step(redo, undo));
+document.addEventListener("keydown", (event) => {
+  const writes = event.target.matches("input:not([type=range]), textarea"); // has an undo of its own
+  if (!(event.ctrlKey || event.metaKey) || event.altKey || writes || byId("live").hidden) return;
+  const key = event.key.toLowerCase(), again = key === "y" || (key === "z" && event.shiftKey);
+  if (key !== "z" && key !== "y") return;
+  event.preventDefault();
+  if (again) step(redo, undo);
+  else step(undo, redo);
 });
 byId("live-pin").addEventListener("click", () => {
   const taken = new Set(session.pinned.map((pin) => pin.name));
@@ -436,7 +450,7 @@ byId("live-file").addEventListener("change", async () => {
     byId("live-said").textContent = said;
     return;
   }
-  undo.push(before);
+  leave(before);
   remember();
   rebuild();
   byId("live-said").textContent = `${file.name} is open.`;

@@ -27,7 +27,11 @@ const session = {
   band: null, // what the worker said last; `fresh` if of this design
   steps: null, // what ±10 % of each factor does
 };
-const undo = [];
+const undo = [], redo = []; // designs before this one, and those that were taken back
+function leave(design) {
+  undo.push(design);
+  redo.length = 0;
+}
 let today = {}; // of the motion, load case and weights on show
 let now = {};
 
@@ -113,7 +117,7 @@ function within(design) {
 }
 
 function moveTo(design) {
-  undo.push(session.x);
+  leave(session.x);
   session.x = within(design);
   const beyond = names.filter((_, k) => Math.abs(session.x[k] - design[k]) > 1e-6);
   byId("live-said").textContent = beyond.length ? `Beyond the range of its slider, so set to its end: ${beyond.join(", ")}.` : "";
@@ -276,7 +280,7 @@ function arrive(reply) {
     ? `${what} on average over the parts made, ${kept}; ${reply.steps} steps in ${text(reply.ms / 1000, 1)} s.`
     : reply.trail.length ? `${kept[0].toUpperCase()}${kept.slice(1)} now; ${what}.` : `Nothing better near here: ${kept}.`;
   if (!reply.trail.length) return redraw();
-  undo.push(session.x);
+  leave(session.x);
   const frames = matchMedia("(prefers-reduced-motion: reduce)").matches ? 1 : 30, wanted = latest;
   let frame = 0;
   (function next() {

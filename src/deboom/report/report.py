@@ -97,29 +97,33 @@ class Sound:
     wav: bytes
 
 
+@dataclass(frozen=True)
+class Link:
+    """A page beside this one: its file, and what the link says."""
+
+    file: str
+    words: str
+
+
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """A part of the first screen: a heading with tables, sounds, steps, pictures or texts.
+    """A part of the first screen: a heading with tables, sounds, steps, links, pictures or texts.
 
     - `wide`: whether it stands in the wider column, above and left of those that do not.
     """
 
     title: str
-    blocks: tuple[str | Picture | Table | Sound | Step, ...]
+    blocks: tuple[str | Picture | Table | Sound | Step | Link, ...]
     wide: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A part of the page: texts, pictures and tables in the order of reading.
-
-    - `leads`: whether it also stands on a page of several studies, of which this is one.
-    """
+    """A part of the page: texts, pictures and tables in the order of reading."""
 
     title: str
     blocks: list[str | Picture | Table]
     folded: bool = False
-    leads: bool = False
 
 
 class Report:
@@ -146,6 +150,8 @@ class Report:
     pictures : dict of str to Picture
         Figures that are kept, by the stem of their file. They are drawn by `figures`, `html` and
         `write`, not before, so that `results` can be saved first.
+    pages : dict of str to Report
+        Further pages of the run, ``<name>.html``.
 
     Examples
     --------
@@ -169,6 +175,7 @@ class Report:
         self.pictures: dict[str, Picture] = {}
         self.documents: dict[str, Mapping[str, Any]] = {}
         self.attachments: dict[str, bytes] = {}
+        self.pages: dict[str, Report] = {}
         self.numbers: dict[str, Number] = {}
         self.facts: dict[str, Scalar] = {}
         self.inputs: list[Path] = []
@@ -212,7 +219,8 @@ class Report:
         """Pictures that are kept, then those that the page alone shows."""
         parts: list[Panel | Section] = [*self.panels, *self.sections]
         shown = [b for part in parts for b in part.blocks if isinstance(b, Picture)]
-        return list(dict.fromkeys((*self.pictures.values(), *shown)))
+        beside = [picture for page in self.pages.values() for picture in page.every_picture]
+        return list(dict.fromkeys((*self.pictures.values(), *shown, *beside)))
 
     @property
     def failures(self) -> list[str]:
@@ -275,7 +283,7 @@ class Report:
         self.remarks = [remark for remark in remarks if remark]
 
     def panel(
-        self, title: str, *blocks: str | Picture | Table | Sound | Step, wide: bool = False
+        self, title: str, *blocks: str | Picture | Table | Sound | Step | Link, wide: bool = False
     ) -> None:
         """Add a part of the first screen; one without blocks is left out.
 
@@ -283,7 +291,7 @@ class Report:
         ----------
         title : str
             Heading.
-        *blocks : str, Picture, Table, Sound or Step
+        *blocks : str, Picture, Table, Sound, Step or Link
             What it shows, in the order of reading; no table of it is a file.
         wide : bool
             Whether it stands in the wider column.
@@ -332,14 +340,9 @@ class Report:
             raise InputError(f"the glossary does not explain {unknown}; it has {list(GLOSSARY)}")
         self.terms = list(dict.fromkeys((*self.terms, *terms)))
 
-    def section(
-        self, title: str, text: str = "", *, folded: bool = False, leads: bool = False
-    ) -> None:
-        """Begin a part of the page with its heading and first paragraphs.
-
-        - `folded`: closed at first; `leads`: see `Section`.
-        """
-        self.sections.append(Section(title, [], folded, leads))
+    def section(self, title: str, text: str = "", *, folded: bool = False) -> None:
+        """Begin a part of the page with its heading and first paragraphs; `folded`: closed."""
+        self.sections.append(Section(title, [], folded))
         self.text(text)
 
     def text(self, text: str) -> None:
@@ -432,32 +435,28 @@ class Report:
     def include(
         self,
         part: Report,
-        title: str,
+        title: str = "",
         *,
         names: Mapping[str, str] | None = None,
-        leading: bool = False,
-        folded: bool = False,
+        page: str = "",
     ) -> None:
         """Add another report as a part of this one; its numbers are no headlines.
 
         - `title`: stands before the title of each of its sections.
-        - `leading`: of its sections only those that lead; its first screen becomes this report's,
-          where that has none.
-        - `folded`: its sections are closed at first.
+        - `page`: name of a page of its own, on which its sections stand instead of here.
         - `names`: new names of its files and numbers, where they are taken here; an empty one
           leaves the file or number out.
         - raises InputError: a name that is taken.
         """
-        self.sections += [
-            replace(section, title=f"{title} · {section.title}", folded=folded or section.folded)
-            for section in part.sections
-            if section.leads or not leading
-        ]
-        if leading and part.verdict and not self.verdict:
-            self.verdict, self.remarks = part.verdict, list(part.remarks)
-            self.panels += part.panels
+        if page:
+            self._free(page, self.pages)
+            self.pages[page] = part
+        else:
+            self.sections += [
+                replace(section, title=f"{title} · {section.title}") for section in part.sections
+            ]
+            self.explain(*part.terms)
         self.warn(*part.warnings)
-        self.explain(*part.terms)
         new = names or {}
         kinds: tuple[tuple[dict[str, Any], Mapping[str, Any]], ...] = (
             (self.tables, part.tables),
@@ -497,12 +496,17 @@ class Report:
 
     def write(self, folder: Path) -> Path:
         """Write all files and the page into a folder, which is made; return the page's path."""
-        for part in (self.results, self.contents, lambda: {PAGE: self.html().encode()}):
+        for part in (self.results, self.contents, self.html_pages):
             for name, content in part().items():
                 path = path_inside(folder, name)
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(content)
         return folder / PAGE
+
+    def html_pages(self, provenance: Mapping[str, Any] | None = None) -> dict[str, bytes]:
+        """Return the page and its further pages by their file, see `html`."""
+        pages = {PAGE: self, **{f"{name}.html": page for name, page in self.pages.items()}}
+        return {name: page.html(provenance).encode() for name, page in pages.items()}
 
     def html(self, provenance: Mapping[str, Any] | None = None) -> str:
         """Render the page as one HTML file without scripts or references to anything outside of it.
@@ -576,6 +580,7 @@ _KINDS: Mapping[type, str] = {
     Table: "tables",
     Sound: "sounds",
     Step: "steps",
+    Link: "links",
 }
 
 
@@ -610,7 +615,7 @@ def _headline(value: Scalar | None, unit: str, form: str) -> str:
     return f"{text} {unit}" if unit not in ("", "1") else text
 
 
-def _as_data(block: str | Picture | Table | Sound | Step) -> str | Step | AnswerTable | None:
+def _as_data(block: str | Picture | Table | Sound | Step | Link) -> str | Step | AnswerTable | None:
     """Return a block of the first screen as data; None for what is seen and heard alone."""
     if isinstance(block, str | Step):
         return block

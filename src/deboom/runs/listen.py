@@ -13,7 +13,7 @@ from deboom.files.disk import made_folder, replace_bytes, replace_text
 from deboom.files.front_run import design_name
 from deboom.files.sound import run_up_files
 from deboom.names import path_inside
-from deboom.physics.sound_level import RUN_UP_RATE
+from deboom.physics.sound_level import RUN_UP_RATE, full_scale
 from deboom.runs.rebuilt import compared_run
 from deboom.vehicles.booming_model import BoomingModel
 
@@ -65,7 +65,8 @@ def write_run_ups(
     designs = {"today": run.model.space.nominal, design_name(pick): run.picked(pick)}
     pressure = model.pressure(np.array(list(designs.values())))
     rows = np.moveaxis(pressure, 1, 0).reshape(-1, pressure.shape[-1])
-    sounds, scale = run_up_files(rows, model.frequency, seconds, RUN_UP_RATE)
+    scale = full_scale(rows)
+    sounds = run_up_files(rows, model.frequency, seconds, RUN_UP_RATE, scale)
     place = made_folder(run.entry.writable("listen") if out is None else out)
     paths = []
     names = [f"{vehicle} {name}.wav" for vehicle in model.response_names for name in designs]

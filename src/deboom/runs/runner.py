@@ -526,8 +526,10 @@ def _save(
         "inputs_sha256": dict(inputs),
         "wall_time_s": round(time.perf_counter() - begin, 3),
     }
-    run.save_text(PAGE, report.html(_provenance(used)))
-    saved = [run.folder / name for name in (*results, *figures, PAGE)]
+    pages = report.html_pages(_provenance(used))
+    for name, content in pages.items():
+        run.save_bytes(name, content)
+    saved = [run.folder / name for name in (*results, *figures, *pages)]
     hashes = hash_files(saved, relative_to=run.folder)
     run.save_json(RECORD, {**used, "files_sha256": hashes})
 

@@ -44,6 +44,7 @@ class SheetOrder:
     files: SheetFiles
     language: Language
     issued: str
+    decibels: bool
 
 
 def supplier_sheets(
@@ -56,6 +57,7 @@ def supplier_sheets(
     pick: Pick | Path = Pick.best_mean,
     files: SheetFiles = NOTHING,
     language: Language = Language.en,
+    decibels: bool = True,
 ) -> WrittenSheets:
     """Write page and workbook of a sheet, for one mount or for each.
 
@@ -78,6 +80,8 @@ def supplier_sheets(
     files : SheetFiles
         What the sheet rests on beside the run.
     language : Language
+    decibels : bool
+        Say what parts and tolerances bring in the cabin.
 
     Raises
     ------
@@ -94,6 +98,7 @@ def supplier_sheets(
         files=files,
         language=language,
         issued=datetime.now(UTC).date().isoformat(),
+        decibels=decibels,
     )
     if is_sensitivity(entry):
         return _importance(entry, order, out, studies)
@@ -129,6 +134,7 @@ def _mount_sheets(run: ComparedRun, order: SheetOrder) -> Iterator[PartSheet]:
                 secrets=secrets_of(front) if order.anonymous else (),
                 language=order.language,
                 issued=order.issued,
+                decibels=order.decibels,
             )
 
 
@@ -164,6 +170,7 @@ def _compressor_sheets(
             secrets=parts.secrets if order.anonymous else (),
             language=order.language,
             issued=order.issued,
+            decibels=order.decibels,
         )
 
 
@@ -183,7 +190,7 @@ def _importance(
         raise InputError(f"run {entry.folder}: its study {entry.study} is not about a platform")
     pages = importance_sheets(
         entry,
-        runs.platform,
+        runs,
         mount=order.mount,
         anonymous=order.anonymous,
         language=order.language,

@@ -12,9 +12,9 @@ from deboom import plot
 from deboom.arrays import PERCENT
 from deboom.files.supplier_words import label, said
 from deboom.language import Language
-from deboom.report import Report, Step, Table
+from deboom.report import Link, Report, Step, Table
 from deboom.report.sheet import Sheet
-from deboom.supplier.delivery import INTERVAL, Delivery, PartVerdict
+from deboom.supplier.delivery import INTERVAL, Delivery, Demand, PartVerdict
 from deboom.supplier.page import show
 from deboom.supplier.rules import acceptance_rules
 from deboom.supplier.sheet import SHORT_HASH
@@ -140,6 +140,8 @@ def _answer(report: Report, delivery: Delivery, passed: int, failed: int, open_:
         "How sure: a part passes where the measuring uncertainty leaves no doubt "
         f"(±{PERCENT * delivery.uncertainty:g} %, 95 %); a batch where its parts show at least "
         f"{PERCENT * delivery.demand.share_stated:g} % of all its pieces inside.",
+        _parts_and_state(delivery.demand),
+        _trend(delivery),
     )
     reasons = batches.loc[batches["reason"] != "", ["batch", "reason"]].to_numpy()
     report.panel(
@@ -159,12 +161,41 @@ def _answer(report: Report, delivery: Delivery, passed: int, failed: int, open_:
         )
     report.panel(
         "What to do next",
-        "`supplier.html` beside this page is for the supplier.",
+        Link("supplier.html", "The verdict for the supplier"),
         Step(
             "deboom accept SPECIFICATION PARTS",
             "judge again, after more measurements of undecided parts",
         ),
     )
+
+
+def _parts_and_state(demand: Demand) -> str:
+    """Name part number and test state."""
+    number = "" if demand.sheet is None else demand.sheet.part_number
+    states = dict.fromkeys(each.condition for each in demand.variables if each.required)
+    return (
+        f"Part number {number or 'not stated'}. Test state: {'; '.join(states)}. Intervals and "
+        "values are shares of today's stiffness there."
+    )
+
+
+def _trend(delivery: Delivery) -> str:
+    """Say how the mean of each limited axis moves from the first batch to the last."""
+    means: dict[str, list[tuple[str, float]]] = {}
+    for batch in delivery.batches:
+        for axis in dict.fromkeys(axis for part in batch.parts for axis in part.factors):
+            if not delivery.demand.variable(f"{batch.mount} {axis}").required:
+                continue
+            factors = [part.factors[axis] for part in batch.parts if axis in part.factors]
+            means.setdefault(f"{batch.mount} {axis}", []).append(
+                (batch.name, float(np.mean(factors)))
+            )
+    moves = [
+        f"{name} from {series[0][1]:.2f} ({series[0][0]}) to {series[-1][1]:.2f} ({series[-1][0]})"
+        for name, series in means.items()
+        if len(series) > 1
+    ]
+    return f"Trend of the means over the batches: {'; '.join(moves)}." if moves else ""
 
 
 def _batches(report: Report, delivery: Delivery) -> None:

@@ -9,19 +9,21 @@ from functools import cached_property, partial
 import pandas as pd
 
 from deboom import plot
-from deboom.arrays import PERCENT
+from deboom.arrays import AXES, PERCENT
 from deboom.errors import InputError
+from deboom.files.acceptance import Programme, read_programme
 from deboom.files.run_folder import RunEntry
-from deboom.files.supplier_words import labelled, said
+from deboom.files.supplier_words import label, labelled, said
 from deboom.files.tables import read_frame
 from deboom.language import Language
 from deboom.mounts.mount import Mount
 from deboom.pages.front import drawn_rows
 from deboom.pages.sensitivity import NEGLIGIBLE, SLOPE, Analysis
+from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.report.sheet import Sheet
 from deboom.supplier.page import searched_documents, show
 from deboom.supplier.sources import platform_secrets
-from deboom.vehicles.platform import Platform
+from deboom.vehicles.platform import Runs
 
 INDICES, FRONT = "sobol.csv", "front.csv"
 FIRST, TOTAL, INTERVAL = "first order [1]", "total [1]", "total interval ± [1]"
@@ -42,10 +44,16 @@ class ImportanceSheet:
     mount : Mount
     indices : DataFrame
         ``sobol.csv`` of the run: a row per vehicle and variable.
+    runs : Runs
+        Platform, load cases and band of the run.
+    programme : Programme
+        Beside the platform.
     varied : Analysis
         What the stiffnesses did.
     width : float
         Half width of their range, or of their scatter: three standard deviations [1].
+    tolerance : float
+        Half width within which parts are made [1].
     language : Language
     secrets : tuple of str
         Names and paths that an anonymous sheet may not hold; empty if it is not anonymous.
@@ -53,8 +61,11 @@ class ImportanceSheet:
 
     mount: Mount
     indices: pd.DataFrame
+    runs: Runs
+    programme: Programme
     varied: Analysis
     width: float
+    tolerance: float
     language: Language
     secrets: tuple[str, ...]
 
@@ -87,10 +98,47 @@ class ImportanceSheet:
         """One row per direction: mean over the vehicles, and the vehicle that hears it most."""
         grouped = self.by_vehicle.groupby("direction", sort=False)
         table = grouped[["share_alone", "share_total", "slope"]].mean()
+        table["slope_percent"] = table["slope"] / 10.0
+        table["slope_tolerance"] = table["slope"] * 10.0 * self.tolerance
         strongest = self.by_vehicle.loc[grouped["share_total"].idxmax()].set_index("direction")
         table["most_in"] = strongest["vehicle"]
         table["share_there"] = strongest["share_total"]
-        return table.reset_index()
+        table = table.reset_index()
+        table.insert(1, "today", table["direction"].map(self._today))
+        table.insert(1, "duty", [self._known(name) for name in table["direction"]])
+        return table
+
+    @cached_property
+    def _today(self) -> dict[str, float]:
+        """Mean |K| today of each direction in operation, in the band [N/mm]."""
+        names = [name for mount in self.runs.platform.mounts for name in mount.variables]
+        first, _ = self.runs.cases[0]
+        stiffness = self.runs.stiffness(first, self.runs.band) * N_PER_MM
+        known = zip(names, stiffness, strict=True)
+        return {name: float(value) for name, value in known if not self._unknown(name)}
+
+    def _unknown(self, variable: str) -> bool:
+        mount, _, axis = variable.rpartition(" ")
+        return axis in AXES and bool(self.runs.parts) and not self.runs.identified(mount, axis)
+
+    def _known(self, variable: str) -> str:
+        """Say whether a direction is identified: a small share of an unknown one says little."""
+        return said("not identified" if self._unknown(variable) else "identified", self.language)
+
+    @property
+    def head(self) -> dict[str, str]:
+        """Fields of the head by keys: the part, and at what its stiffness holds."""
+        number = self.programme.mount(self.mount.name)
+        case, _ = self.runs.cases[0]
+        low, high = self.runs.band
+        return {
+            "part_number": number.part_number or "",
+            "drawing": number.drawing_number or "",
+            "revision": number.revision or "",
+            "contact": self.programme.contact or "",
+            "load_case": case.name if self.secrets else case.title,
+            "band": f"{low:g}–{high:g}",
+        }
 
     @property
     def tables(self) -> dict[str, pd.DataFrame]:
@@ -104,9 +152,10 @@ class ImportanceSheet:
         say, name = self.language.say, self.mount.name
         page = Sheet(
             say(f"Mount {name}: what hangs on it", f"Lager {name}: was an ihm hängt"),
-            self.mount.description,
+            say(self.mount.description, self.mount.description_de or self.mount.description),
             self.language,
         )
+        page.fields({label(key, self.language): value for key, value in self.head.items()})
         page.section(
             say("Importance of each direction", "Bedeutung jeder Richtung"),
             say(
@@ -122,7 +171,14 @@ class ImportanceSheet:
                 "Richtung mit kleinem Anteil braucht für das Brummen keine Genauigkeit, eine mit "
                 "großem schon. ",
             )
-            + self._variation(),
+            + self._variation()
+            + say(
+                " |K| is today's, the mean in operation over load case and band of the head. Where "
+                "a direction is not identified, its share is as unsure as its stiffness.",
+                " |K| ist das heutige, im Betrieb gemittelt über Lastfall und Band im Kopf. Wo "
+                "eine Richtung nicht identifiziert ist, ist ihr Anteil so unsicher wie ihre "
+                "Steifigkeit.",
+            ),
         )
         show(page, self.summary)
         panels, names = [], list(self.vehicles.values())
@@ -181,7 +237,7 @@ class ImportanceSheet:
 
 def importance_sheets(
     entry: RunEntry,
-    platform: Platform,
+    runs: Runs,
     *,
     mount: str | None,
     anonymous: bool,
@@ -191,10 +247,11 @@ def importance_sheets(
 ) -> dict[str, bytes]:
     """Return page and workbook of each mount of a sensitivity run, by file name.
 
-    - `entry`: the finished run, whose files have been checked; `platform`: that it is about.
+    - `entry`: the finished run, whose files have been checked; `runs`: that it is about.
     - `mount`: the part; None: all. `issued`: day, YYYY-MM-DD.
     - raises InputError: a run without dB per 10 %; an unknown mount; a leak.
     """
+    platform = runs.platform
     indices = read_frame(entry.folder / INDICES, ("vehicle", "variable", "zero"))
     if SLOPE not in indices:
         raise InputError(
@@ -208,11 +265,22 @@ def importance_sheets(
     varied = Analysis(arguments["analysis"])
     width = arguments["bounds" if varied is Analysis.design else "tolerance"]
     foot = f"{issued} · deboom" + ("" if anonymous else f", {entry.name}")
+    programme = read_programme(platform.folder, tuple(mounts))
     contents: dict[str, bytes] = {}
     for name, part in mounts.items():
         if mount not in (None, name):
             continue
-        sheet = ImportanceSheet(part, indices, varied, width, language, secrets)
+        sheet = ImportanceSheet(
+            mount=part,
+            indices=indices,
+            runs=runs,
+            programme=programme,
+            varied=varied,
+            width=width,
+            tolerance=arguments["tolerance"],
+            language=language,
+            secrets=secrets,
+        )
         title = sheet.language.say(f"Mount {name}", f"Lager {name}")
         page, workbook = searched_documents(secrets, sheet.tables, title, partial(sheet.page, foot))
         file = f"{stem}_{name}" + "_anonymous" * anonymous

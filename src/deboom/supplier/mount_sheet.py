@@ -16,7 +16,7 @@ from deboom.mounts.mount import Mount, bracket_softness
 from deboom.pages.motion import factor_name
 from deboom.pages.supplier_study import Direction, SupplierStudy
 from deboom.physics.dynamic_stiffness import N_PER_MM
-from deboom.plot.style import INK, MUTED, mount_colours
+from deboom.plot.style import INK, MUTED, mount_colours, signed
 from deboom.supplier.numbers import ALL, MachineState, SupplierEffects, machine_states
 from deboom.supplier.sheet import (
     NAN,
@@ -79,7 +79,9 @@ class MountSheet(PartSheet):
     @property
     def description(self) -> str:
         """The mount in words."""
-        return self.mount.description
+        return self.language.say(
+            self.mount.description, self.mount.description_de or self.mount.description
+        )
 
     @property
     def agreed(self) -> Programme:
@@ -241,6 +243,9 @@ class MountSheet(PartSheet):
             if other is not None:
                 row["other_model"] = other[1].get(name, NAN)
             rows.append(row)
+        if self.sources.box is not None:
+            wanted = {"design": self.word("design wanted"), "level": today + self._wanted_change}
+            rows.append({**wanted, "change": self._wanted_change})
         table = pd.DataFrame(rows)
         return table.drop(columns="level") if self.secrets else table
 
@@ -270,12 +275,34 @@ class MountSheet(PartSheet):
                 " Erwartet ist die Änderung in Fahrzeugen, mit dem, was Karosserien, Gummi und "
                 "Amplituden bewirken können.",
             )
+        if self.sources.box is not None:
+            text += self._given_up()
         if "other_model" in self.levels:
             text += self.language.say(
                 " A second model of the vehicle gives the last column.",
                 " Ein zweites Modell des Fahrzeugs gibt die letzte Spalte.",
             )
         return text
+
+    @cached_property
+    def _wanted_change(self) -> float:
+        """Change of the mean level by the wanted design itself [dB]."""
+        study = self.study
+        both = study.index(np.stack([study.space.nominal, study.wanted]))
+        return float(study.mean(both[1] - both[0]) * study.per_vehicle)
+
+    def _given_up(self) -> str:
+        """Say what parts in the middle of all bands give up against the wanted design."""
+        wanted, inside = self._wanted_change, float(self.study.mean(self.effects.change[ALL]))
+        if inside - wanted < NOTICEABLE:
+            return ""
+        first, second = (self.language.local(signed(value, 2)) for value in (inside, wanted))
+        return self.language.say(
+            f" All parts in the middle of their bands bring {first} dB, the wanted design "
+            f"{second} dB: what lies between is given up for the bands.",
+            f" Alle Teile in der Mitte ihrer Bänder bringen {first} dB, der gewünschte Entwurf "
+            f"{second} dB: was dazwischen liegt, ist für die Bänder aufgegeben.",
+        )
 
     @cached_property
     def variants(self) -> pd.DataFrame:
@@ -357,6 +384,12 @@ class MountSheet(PartSheet):
             share, bound = self.percent(box.share_stated), self.percent(box.share_bound)
             limit = say("the noise limit", "den Geräuschgrenzwert")
             below = box.limit_below_today_db
+            if box.gain_kept is not None:
+                kept = self.percent(box.gain_kept)
+                limit += say(
+                    f" ({kept} of what the wanted design brings each vehicle)",
+                    f" ({kept} dessen, was der gewünschte Entwurf jedem Fahrzeug bringt)",
+                )
             if below is not None:
                 less = say(f" less {below:g} dB", f" weniger {below:g} dB") if below else ""
                 limit += say(
@@ -533,7 +566,7 @@ class MountSheet(PartSheet):
         """Today's part and the band of every direction, dynamic and static."""
         say = self.language.say
         driven, now = say("today, in the vehicle", "heute, im Fahrzeug"), self.word("design today")
-        nominal, band = say("nominal", "Nennwert"), say("band", "Band")
+        nominal, band = say("new", "neu"), say("band", "Band")
         colour = mount_colours([m.name for m in self.study.platform.mounts])[self.part]
         dynamic, static, points = [], [], []
         for demand in self.specification.directions:
@@ -562,11 +595,11 @@ class MountSheet(PartSheet):
             points=pd.concat(points, ignore_index=True) if points else pd.DataFrame(),
             caption=say(
                 "Dots: today's part in the vehicle, torque only. Curves: today's part and the "
-                "band at amplitude and frequency of the test, within the measured range. Static "
-                "curves: today's part, and the curves of nominal value and band.",
+                "band at amplitude and frequency of the test, within the measured range; dot on "
+                "the new curve: the test. Static curves: today's part, the new part and the band.",
                 "Punkte: heutiges Teil im Fahrzeug, nur Drehmoment. Kurven: heutiges Teil und Band "
-                "bei Amplitude und Frequenz der Prüfung, soweit gemessen. Statische Kennlinien: "
-                "heutiges Teil, und was Nennwert und Band daraus machen.",
+                "bei Amplitude und Frequenz der Prüfung, soweit gemessen; Punkt auf der neuen "
+                "Kurve: die Prüfung. Statische Kennlinien: heutiges Teil, neues Teil und Band.",
             ),
         )
 
@@ -606,15 +639,28 @@ class MountSheet(PartSheet):
         if x.size:
             curves = {now: today, nominal: 0.5 * (low + high) * today}
         torque = self.language.say("over wheel torque [N m]", "über Radmoment [N m]")
+        tested = {nominal: self._test_point(demand, state)} if x.size else {}
+        amplitude = self.language.local(f"{demand.amplitude_mm:g} mm, {demand.frequency_hz:g} Hz")
         panel = plot.CurvePanel(
             demand.name if state.over_force else f"{demand.name}, {torque}",
             x if x.size else state.points[0],
             curves,
-            {driven: (state.points[0], N_PER_MM * state.points[1])},
+            {driven: (state.points[0], N_PER_MM * state.points[1]), **tested},
             {band: (low * today, high * today)} if x.size else {},
-            note=self.word(demand.duty),
+            note=f"{self.word(demand.duty)}, {amplitude}",
         )
         return panel, table
+
+    def _test_point(
+        self, demand: SheetDirection, state: MachineState
+    ) -> tuple[list[float], list[float]]:
+        """Return where the new part is tested: static force or wheel torque, and |K| [N/mm]."""
+        at = state.preload if state.over_force else state.wheel_torque
+        weight = self.agreed.mount(self.part).weight_force_n
+        if state.over_force and weight is not None:  # curves are of the torque alone
+            at -= weight[AXES.index(state.direction.axis)]
+        low, high, today = map(nan_if_none, (demand.lower, demand.upper, demand.today_n_per_mm))
+        return [at], [0.5 * (low + high) * today]
 
     def _static_panel(
         self, demand: SheetDirection, state: MachineState, labels: tuple[str, ...]

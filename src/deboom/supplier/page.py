@@ -107,10 +107,11 @@ def sheet_page(content: PartSheet, foot: str) -> Sheet:
     if len(content.process):
         page.section(say("What the process must show", "Was der Prozess zeigen muss"))
         show(page, content.process)
-    page.section(say("What it is worth", "Was es wert ist"), content.worth_words)
-    if len(content.worth):
-        show(page, content.worth)
-    show(page, content.levels)
+    if content.decibels:
+        page.section(say("What it is worth", "Was es wert ist"), content.worth_words)
+        if len(content.worth):
+            show(page, content.worth)
+        show(page, content.levels)
     if len(content.variants):
         page.section(say("Part numbers", "Teilenummern"))
         show(page, content.variants)
@@ -155,9 +156,9 @@ def _test_words(content: PartSheet) -> str:
         "oder abgezogen. ",
     )
     if not content.specification.musts:
-        return standard + say(
-            "No direction of this part is a must; no limit applies.",
-            "Keine Richtung dieses Teils ist ein Muss; nichts wird an einem Grenzwert gemessen.",
+        standard += say(
+            "No direction of this part is a must; no limit applies. ",
+            "Keine Richtung dieses Teils ist ein Muss; nichts wird an einem Grenzwert gemessen. ",
         )
     loaded = any(d.preload_n for d in content.tested)
     raised = say(

@@ -12,7 +12,7 @@ from deboom.supplier.delivery import INTERVAL
 def acceptance_rules(
     language: Language,
     *,
-    share: float,
+    share: float | None,
     uncertainty: float | None,
     cpk: float | None,
     of_sheet: bool,
@@ -22,8 +22,8 @@ def acceptance_rules(
     Parameters
     ----------
     language : Language
-    share : float
-        Share of the pieces that must lie inside [1].
+    share : float or None
+        Share of the pieces that must lie inside [1]; None: no limit applies, nothing is judged.
     uncertainty : float or None
         Measuring uncertainty, relative, expanded to 95 % [1]; None: not stated.
     cpk : float or None
@@ -51,14 +51,26 @@ def acceptance_rules(
                 "abgewiesen.",
             ),
             say(
-                "Value: |K| decides, the loss angle has no limit. K' and K'' beside |K| must agree "
-                f"with it within {percent(AGREES)}. With rows of today's part, ratios to their "
-                "mean count.",
-                "Wert: |K| entscheidet, der Verlustwinkel hat keine Grenze. K' und K'' neben |K| "
-                f"müssen auf {percent(AGREES)} dazu passen. Mit Zeilen des heutigen Teils zählt "
+                "Value: |K| decides; loss factor and static rate are reported beside it, and the "
+                "tolerances of the head, where agreed, are for these. K' and K'' beside |K| must "
+                f"agree with it within {percent(AGREES)}. With rows of today's part, ratios to "
+                "their mean count.",
+                "Wert: |K| entscheidet; Verlustfaktor und statische Rate werden daneben angegeben, "
+                "für sie gelten die Toleranzen im Kopf, wo vereinbart. K' und K'' neben |K| müssen "
+                f"auf {percent(AGREES)} dazu passen. Mit Zeilen des heutigen Teils zählt "
                 "das Verhältnis zu deren Mittel.",
             ),
         ]
+    if share is None:
+        rules.append(
+            say(
+                "Part: no direction is a must, so no part fails by this sheet. Values outside a "
+                "preferred band are agreed one by one before a part is built.",
+                "Teil: keine Richtung ist ein Muss, nach diesem Blatt fällt kein Teil durch. Werte "
+                "außerhalb eines bevorzugten Bandes werden vor dem Bau einzeln vereinbart.",
+            )
+        )
+        return tuple(rules)
     by, than = "", ""
     if uncertainty:
         by = say(

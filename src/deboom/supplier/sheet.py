@@ -172,11 +172,14 @@ class PartSheet(ABC):
     language : Language
     issued : str
         Day, YYYY-MM-DD.
+    decibels : bool
+        Whether it says what the parts bring in the cabin.
     """
 
     secrets: tuple[str, ...]
     language: Language
     issued: str
+    decibels: bool = True
 
     @property
     @abstractmethod
@@ -437,13 +440,11 @@ class PartSheet(ABC):
 
     @cached_property
     def rules(self) -> tuple[str, ...]:
-        """Every rule that a delivery is judged by; none if no limit applies."""
+        """Every rule that a delivery is judged by, where no limit applies those of the test."""
         sheet = self.specification
-        if not sheet.musts or sheet.share_stated is None:
-            return ()
         return acceptance_rules(
             self.language,
-            share=sheet.share_stated,
+            share=sheet.share_stated if sheet.musts else None,
             uncertainty=sheet.uncertainty,
             cpk=sheet.cpk,
             of_sheet=True,
@@ -469,14 +470,24 @@ class PartSheet(ABC):
             "contact": agreed.contact or "",
             "prototypes": agreed.prototypes or "",
             "start_of_production": agreed.start_of_production or "",
-            "temperature": _text(test.temperature_c),
+            "temperature": _with_tolerance(test.temperature_c, test.temperature_tolerance_c),
             "cycles": _text(test.conditioning_cycles),
             "conditioned": _listed(number.conditioning_force_n, 0),
             "further": _listed((test.frequencies_hz or ())[1:], 1),
+            "second_amplitude": _text(test.second_amplitude_mm),
+            "loss_tolerance": self._tolerance(test.loss_factor_tolerance),
+            "rate_tolerance": self._tolerance(test.static_rate_tolerance),
+            "ageing": test.ageing or "",
+            "fixture": test.fixture or "",
+            "sampling": test.sampling or "",
+            "first_articles": test.first_articles or "",
             "uncertainty": "" if uncertainty is None else f"{PERCENT * uncertainty:g}",
             "weight": _listed(number.weight_force_n, 0),
             "zero": self.word(number.curve_zero) if number.curve_zero else "",
         }
+
+    def _tolerance(self, share: float | None) -> str:
+        return "" if share is None else f"± {self.percent(share)}"
 
     @cached_property
     def head(self) -> dict[str, str]:
@@ -569,7 +580,7 @@ class PartSheet(ABC):
         tables = {
             self.word(name): labelled(table, self.language, self.units)
             for name, table in keyed.items()
-            if len(table)
+            if len(table) and (self.decibels or name not in ("sheet_worth", "sheet_levels"))
         }
         data = pd.DataFrame({"entry": list(cells), "value": list(cells.values())})
         return {**tables, DATA_SHEET: data}
@@ -583,6 +594,10 @@ def rounded(value: float, decimals: int) -> float | None:
 def nan_if_none(value: float | None) -> float:
     """Return a number for a table."""
     return NAN if value is None else value
+
+
+def _with_tolerance(value: float | None, half: float | None) -> str:
+    return _text(value) if half is None or value is None else f"{value:g} ± {half:g}"
 
 
 def _text(value: float | None) -> str:

@@ -95,7 +95,7 @@ class PeakRise:
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
         """Return the largest rise over vehicles and load cases, without scatter, (n, 1) [dB].
 
-        0 where there is no booming peak, neither today nor in the design.
+        Of today's peaks, and of new ones that are louder than today; 0 without any.
         """
         rows = np.vstack([self.today, np.asarray(designs, dtype=float)])
         rise = np.full(len(rows) - 1, -np.inf)
@@ -103,10 +103,11 @@ class PeakRise:
             before, *after = np.asarray(self.model.levels(rows, case))
             for row, levels in enumerate(after):
                 changes = (
-                    change.level_after - change.level_before
+                    peak.change
                     for pair in zip(before, levels, strict=True)
                     # the order tells the speed of a peak, which does not count here
-                    for change in compare_peaks(*pair, self.model.frequency, order=1.0)
+                    for peak in compare_peaks(*pair, self.model.frequency, order=1.0)
+                    if peak.counts
                 )
                 rise[row] = max([rise[row], *changes])
         return np.where(np.isfinite(rise), rise, 0.0)[:, np.newaxis]
@@ -235,8 +236,7 @@ class FleetFront:
                         (change.after, change.level_after),
                     )
                 ]
-                difference = change.level_after - change.level_before
-                rows.append((vehicle, *states[0], *states[1], difference))
+                rows.append((vehicle, *states[0], *states[1], change.change))
         return pd.DataFrame(rows, columns=PEAK_COLUMNS)
 
     def vehicle_table(self, name: str) -> pd.DataFrame:

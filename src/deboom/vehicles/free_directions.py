@@ -79,6 +79,11 @@ class DirectionFreedom:
             for name, free, kept in zip(self.names, self.free, todays, strict=True)
         )
 
+    def with_todays_parts(self, design: RealArray) -> RealArray:
+        """Return a design (k,) with today's part in each direction in which it does as well."""
+        as_well = [need is not Need.wanted for need in self.needs]
+        return np.where(as_well, self.today, design)
+
     @property
     def sentence(self) -> str:
         """What the ranges mean, in words."""
@@ -210,7 +215,7 @@ def largest_changes(model: BoomingModel, designs: npt.ArrayLike, base: RealArray
                 changes[row, vehicle] = np.inf
                 continue
             peaks = compare_peaks(curves[0, vehicle], after, model.frequency, 1.0)
-            moved = (abs(peak.level_after - peak.level_before) for peak in peaks)
+            moved = (abs(peak.change) for peak in peaks)
             changes[row, vehicle] = max(change, *moved) if peaks else change
     return np.asarray(np.nan_to_num(changes, nan=np.inf))
 

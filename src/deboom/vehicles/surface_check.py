@@ -102,7 +102,7 @@ def level_differences(
     rows = []
     for vehicle, name in enumerate(fleet.names):
         changes = compare_peaks(before[vehicle], after[vehicle], both[0].frequency, measured.order)
-        worst = max(changes, key=lambda c: abs(c.level_after - c.level_before), default=None)
+        worst = max(changes, key=lambda c: abs(c.change), default=None)
         rows.append(
             {
                 "vehicle": name,
@@ -110,7 +110,7 @@ def level_differences(
                 RMS: float(np.sqrt(np.mean((after - before)[vehicle] ** 2))),
                 "peaks": len(changes),
                 "peaks of one curve only": sum(not (c.before and c.after) for c in changes),
-                PEAKS: abs(worst.level_after - worst.level_before) if worst else np.nan,
+                PEAKS: abs(worst.change) if worst else np.nan,
                 "frequency of that peak [Hz]": worst.frequency if worst else np.nan,
             }
         )

@@ -508,7 +508,6 @@ def _platform_file(
     receivers: bool,
 ) -> platform.PlatformFile:
     """Return the content of ``platform.toml``."""
-
     mounts = [entry.model_dump() for entry in mount_sections(bench, wheel_end_mass)]
 
     def of_body(vehicle: str) -> str:

@@ -39,13 +39,13 @@ NUMBERED = (
     "table th:nth-child(2)",
     "table th:nth-child(3)",
     "table th:nth-child(7)",
-    "table:nth-of-type(2) th:nth-child(2)",
-    "table:nth-of-type(2) th:nth-child(6)",
-    "table:nth-of-type(2) th:nth-child(10)",
-    "table:nth-of-type(2) th:nth-child(11)",
+    "body > div:nth-of-type(2) th:nth-child(2)",
+    "body > div:nth-of-type(2) th:nth-child(6)",
+    "body > div:nth-of-type(2) th:nth-child(10)",
+    "body > div:nth-of-type(2) th:nth-child(11)",
     "figure.aside img",
     "figure:not(.aside) img",
-    "table:nth-of-type(3) th:nth-child(7)",
+    "body > div:nth-of-type(4) th:nth-child(7)",
 )
 """Parts of a sheet that `docs/guides/for-mount-suppliers.md` explains, in the order of its list."""
 NUMBER = """

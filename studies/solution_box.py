@@ -201,9 +201,9 @@ def box_about(model: Model, point: RealArray, options: Options, progress: Progre
     kept, gain = USUAL_SHARE, today - new
     while True:
         limit = np.where(gain < LITTLE, new + ABOVE, today - kept * gain)
-        asked = question(model, limit, options)
+        of_gain = question(model, limit, options)
         try:
-            study = box_study(model, point, asked, options, progress)
+            study = box_study(model, point, of_gain, options, progress)
         except NoBoxFound:
             if kept == 0.0:
                 raise

@@ -167,7 +167,11 @@ def test_every_vehicle_sounds_as_loud_as_the_model_says(folder):
     wanted = np.abs(index.pressure(model.space.nominal[None, :])[0, 1, line])
     assert heard[round(share * 8 * rate)] == pytest.approx(wanted, rel=0.03)
     peaks = [np.abs(wavfile.read(path)[1].astype(int)).max() for path in sounds]
-    assert max(peaks) == pytest.approx(32767 / 1.25, rel=1e-3)
+    designs = np.stack([model.space.nominal, compared_run(folder, STUDIES).picked(Pick.best_mean)])
+    loudest = np.abs(index.pressure(designs)).max()
+    assert stated["full_scale_Pa"] == pytest.approx(1.25 * loudest, rel=1e-12)
+    # between two lines the pressure turns, so that a sound may pass its loudest line a little lower
+    assert 0.99 * 32767 / 1.25 < max(peaks) <= 32767 / 1.25
 
 
 def test_what_cannot_be_heard_is_refused(folder, tmp_path):

@@ -132,17 +132,17 @@ def _answer(
         )
     if alarms:
         verdict += f", after a look at {len(alarms)} alarm{'s' if len(alarms) > 1 else ''}"
-    known = ""
+    wrong = ""
     if truth is not None and len(good):
         errors = truth.set_index("direction").loc[good["direction"], "error of |K| [%]"]
-        known = (
+        wrong = (
             f" Against the truth of the bench they are wrong by {errors.median():.1f} % in the "
             f"median, {errors.max():.1f} % at most (rms)."
         )
     report.answer(
         f"{verdict}.",
         "How sure: within means the half width of the 95 % band of |K|, with all errors of the "
-        f"measuring chain, the largest of these directions.{known}",
+        f"measuring chain, the largest of these directions.{wrong}",
         f"What not to trust: a direction beyond {100 * IDENTIFIED:.0f} % is not identified; a "
         "front keeps its measured force and today's part.",
     )

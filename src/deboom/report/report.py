@@ -219,8 +219,8 @@ class Report:
         """Pictures that are kept, then those that the page alone shows."""
         parts: list[Panel | Section] = [*self.panels, *self.sections]
         shown = [b for part in parts for b in part.blocks if isinstance(b, Picture)]
-        beside = [picture for page in self.pages.values() for picture in page.every_picture]
-        return list(dict.fromkeys((*self.pictures.values(), *shown, *beside)))
+        of_pages = [picture for page in self.pages.values() for picture in page.every_picture]
+        return list(dict.fromkeys((*self.pictures.values(), *shown, *of_pages)))
 
     @property
     def failures(self) -> list[str]:

@@ -105,7 +105,7 @@ class ImportanceSheet:
         table["share_there"] = strongest["share_total"]
         table = table.reset_index()
         table.insert(1, "today", table["direction"].map(self._today))
-        table.insert(1, "duty", [self._known(name) for name in table["direction"]])
+        table.insert(1, "duty", [self._class(name) for name in table["direction"]])
         return table
 
     @cached_property
@@ -114,14 +114,14 @@ class ImportanceSheet:
         names = [name for mount in self.runs.platform.mounts for name in mount.variables]
         first, _ = self.runs.cases[0]
         stiffness = self.runs.stiffness(first, self.runs.band) * N_PER_MM
-        known = zip(names, stiffness, strict=True)
-        return {name: float(value) for name, value in known if not self._unknown(name)}
+        pairs = zip(names, stiffness, strict=True)
+        return {name: float(value) for name, value in pairs if not self._unknown(name)}
 
     def _unknown(self, variable: str) -> bool:
         mount, _, axis = variable.rpartition(" ")
         return axis in AXES and bool(self.runs.parts) and not self.runs.identified(mount, axis)
 
-    def _known(self, variable: str) -> str:
+    def _class(self, variable: str) -> str:
         """Say whether a direction is identified: a small share of an unknown one says little."""
         return said("not identified" if self._unknown(variable) else "identified", self.language)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pandas as pd
 
@@ -13,11 +15,20 @@ from deboom.explore.front import nondominated
 from deboom.pages.platform_front import PlatformFront
 from deboom.physics.vibration_level import rms_of_level
 from deboom.plot.style import signed
-from deboom.report import Report, Table
+from deboom.report import Picture, Report, Table
 from deboom.vehicles.free_directions import NOTICEABLE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _SHOWN_IN = {"acceleration": ("mm/s²", 1e3), "velocity": ("mm/s", 1e3), "displacement": ("µm", 1e6)}
 """Unit of the rms amplitude of each quantity, and what an SI unit is in it."""
+
+
+TRADED = (
+    "Boom against vibration: change of the mean level at all ears, and of the seat or wheel that "
+    "gets worst. Down and left is better; where the cloud bends, ears gain and seats lose."
+)
 
 
 def vibrating(view: PlatformFront) -> IntArray:
@@ -89,6 +100,7 @@ def report_vibrations(report: Report, view: PlatformFront) -> None:
     report.panel(
         "Seats and wheel",
         Table(table, "", decimals),
+        Picture(lambda: _boom_against_vibration(view), TRADED, TRADED),
         "Mean level of the lines over the scatter, and the rms with that level; those that get "
         "worse first. No objective sums them with sound: limit them (--limits), or search for "
         "them as well (--also).",
@@ -96,14 +108,11 @@ def report_vibrations(report: Report, view: PlatformFront) -> None:
     )
 
 
-def report_boom_against_vibration(report: Report, view: PlatformFront) -> None:
-    """Show what of the ears' level the designs of the search trade against vibration."""
-    rows = vibrating(view)
-    if not rows.size:
-        return
-    evaluated, n_lines = view.front.search.evaluated, view.index.n_lines
-    space = view.front.robust.space
-    today = view.front.robust(space.nominal[np.newaxis]).mean
+def _boom_against_vibration(view: PlatformFront) -> Axes:
+    """Draw what the designs of the search trade: level at the ears against the worst vibration."""
+    rows, n_lines = vibrating(view), view.index.n_lines
+    evaluated, robust = view.front.search.evaluated, view.front.robust
+    today = robust(robust.space.nominal[np.newaxis]).mean
 
     def worst(mean: RealArray) -> RealArray:
         return np.asarray(((mean - today)[:, rows] / n_lines).max(axis=1))
@@ -113,22 +122,16 @@ def report_boom_against_vibration(report: Report, view: PlatformFront) -> None:
     both = np.column_stack([sound, felt])
     best = nondominated(both)
     edge = tuple(both[best][np.argsort(sound[best])].T)
-    picks = view.front.robust(np.stack(list(view.front.pick_designs.values()))).mean
+    picks = robust(np.stack(list(view.front.pick_designs.values()))).mean
     heard = view.fleet.mean((picks - today)[:, view.fleet.ears] / n_lines)
     named = {"today": (0.0, 0.0)} | {
         name: (float(x), float(y))
         for name, x, y in zip(view.front.pick_designs, heard, worst(picks), strict=True)
     }
-    report.figure(
-        "boom_against_vibration",
-        lambda: plot.fronts(
-            {"none better in both": edge},
-            {f"{len(felt)} designs of the search": (sound, felt)},
-            named,
-            mean_label="mean change at the ears [dB]",
-            sigma_label="largest change of a vibration [dB]",
-        ),
-        "Boom against vibration: change of the mean level at all ears, and of the seat or wheel "
-        "that gets worst. Down and left is better; where the cloud bends, ears gain and seats "
-        "lose.",
+    return plot.fronts(
+        {"none better in both": edge},
+        {f"{len(felt)} designs of the search": (sound, felt)},
+        named,
+        mean_label="mean change at the ears [dB]",
+        sigma_label="largest change of a vibration [dB]",
     )

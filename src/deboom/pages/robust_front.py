@@ -39,11 +39,7 @@ from deboom.pages.front_answer import (
 from deboom.pages.front_pictures import heard_by_the_driver, pictures_behind
 from deboom.pages.motion import factor_name, motion_name
 from deboom.pages.platform_front import FURTHER, PlatformFront
-from deboom.pages.receivers import (
-    report_boom_against_vibration,
-    report_vibrations,
-    worse_sentence,
-)
+from deboom.pages.receivers import report_vibrations, worse_sentence
 from deboom.plot.style import mount_colours, signed
 from deboom.report import Link, Report, Step, Table
 from deboom.vehicles.design_factor import with_brackets
@@ -390,7 +386,6 @@ def _conflict(report: Report, view: PlatformFront) -> None:
             f"{signed(float(view.fleet.mean(view.fleet.splv_change(view.best), rest)), 1)} dB."
         )
     report.section("What the designs trade", text)
-    report_boom_against_vibration(report, view)
     if len(names) > 1:
         both = np.column_stack([others, change[:, odd]])
         edge = tuple(both[nondominated(both)][np.argsort(others[nondominated(both)])].T)

@@ -13,6 +13,7 @@ from deboom.explore.space import stiffness_factor_space
 from deboom.files.design_limits import read_level_limits
 from deboom.runs.options import AimOptions, aims
 from deboom.vehicles.level_objectives import LoudestLine, level_limits, level_objective
+from deboom.vehicles.receivers import Receiver
 
 
 @dataclass(frozen=True)
@@ -176,3 +177,68 @@ def test_a_new_statistic_is_one_entry(monkeypatch, tmp_path):
     around = smooth(design + np.array([[-step], [step]])).objectives
     _, gradients = objectives_and_gradients(smooth, design)
     np.testing.assert_allclose(gradients[:, 0], np.diff(around, axis=0)[0] / (2 * step), rtol=1e-7)
+
+
+@dataclass(frozen=True)
+class WithSeat(TwoLines):
+    """The same with a seat rail that vibrates at a larger level than either vehicle is loud."""
+
+    response_names = ("sedan", "sedan, seat rail z", "tourer")
+    response_unit = "dB(A), dB(Wk) re 1 µm/s², dB(A)"
+    response_weights = np.array([1.0, 0.0, 1.0])
+    receivers = (
+        Receiver(),
+        Receiver("seat rail z", "acceleration", "Wk", target=90.0),
+        Receiver(),
+    )
+
+    def levels(self, designs, case):
+        """Return the levels, shape (n, 3, 2)."""
+        sedan, tourer = np.moveaxis(super().levels(designs, case), 1, 0)
+        return np.stack([sedan, 100.0 * sedan, tourer], axis=1)
+
+    def __call__(self, designs):
+        """Return the sums over the lines of the slow case, shape (n, 3)."""
+        return self.levels(designs, "slow").sum(axis=2)
+
+
+SEAT = WithSeat()
+
+
+def test_a_vibration_is_in_no_sum_and_is_never_the_worst_vehicle():
+    exact = stiffness_factor_space(MODEL.variable_names, 0.2, 0.0)
+    worst = level_objective(SEAT, "peak")
+    own = level_objective(SEAT, "mean", "sedan, seat rail z")
+    objectives = [deboom.Objective("mean"), deboom.Objective("sigma"), worst, own]
+    objectives.append(deboom.Objective("mean", worst=True))
+    robust = deboom.Robust(SEAT, exact, draws=8, objectives=objectives)
+    total, _, peak, seat, loudest = robust([[1.0]]).objectives[0]
+    # weights of mean 1 over three responses: 1.5 of both vehicles
+    assert total == pytest.approx(1.5 * (6.0 + 5.0))
+    assert (peak, seat, loudest) == pytest.approx((6.0, 600.0, 6.0))
+    assert robust.unit_of(own) == "dB(Wk) re 1 µm/s²"
+    assert robust.sum_unit == "dB(A)"
+    with pytest.raises(InputError, match=r"adds or compares responses in dB\(A\) and dB\(Wk\)"):
+        deboom.Robust(SEAT, exact, draws=8, weights=[1.0, 1.0, 1.0])
+
+
+def test_limits_without_a_vehicle_are_of_ears_and_targets_of_their_receivers():
+    ears = level_limits(SEAT, "mean", "today")
+    assert [limit.number.response for limit in ears] == ["sedan", "tourer"]
+    (seat,) = level_limits(SEAT, "mean", "today", "sedan, seat rail z")
+    assert seat.number.response == "sedan, seat rail z"
+    (target,) = level_limits(SEAT, "mean", "target")
+    assert (target.number.response, target.at_most, target.n_lines) == (
+        "sedan, seat rail z",
+        180.0,
+        2,
+    )
+    with pytest.raises(InputError, match="tourer has no target: state its target_db"):
+        level_limits(SEAT, "mean", "target", "tourer")
+    with pytest.raises(InputError, match="no receiver has a target"):
+        level_limits(MODEL, "mean", "target")
+
+
+def test_weights_of_options_keep_those_of_the_receivers():
+    assert AimOptions(weight=["tourer=3"]).weights(SEAT) == [1.0, 0.0, 3.0]
+    assert AimOptions().weights(SEAT) is None

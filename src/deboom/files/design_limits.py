@@ -188,14 +188,15 @@ class MountStiffnessEntry(LimitEntry):
 class LevelEntry(StrictModel):
     """Largest level of a vehicle over the scatter of its parts; without a vehicle, of every one.
 
-    - `vehicle`: its name.
+    - `vehicle`: its name, or that of another receiver, such as ``U06-1, seat rail z``.
     - `statistic`: see `deboom.vehicles.level_objectives.level_statistics`.
-    - `at_most_db`: mean over the lines, or the loudest line of ``peak``; ``today``: today's design.
+    - `at_most_db`: mean over the lines, or the loudest line of ``peak``; ``today``: today's design;
+      ``target``: `target_db` of the receiver.
     """
 
     vehicle: str | None = None
     statistic: Annotated[str, AfterValidator(known_statistic)] = "mean"
-    at_most_db: float | Literal["today"]
+    at_most_db: float | Literal["today", "target"]
 
 
 class LimitsFile(StrictModel):

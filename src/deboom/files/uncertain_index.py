@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy.typing as npt
 
-from deboom.arrays import RealArray
+from deboom.arrays import IntArray, RealArray
 from deboom.files.library_export import read_library_json
 from deboom.measurement.sensors import Tolerances
 from deboom.mounts.characterised_mount import CharacterisedMount
@@ -72,6 +72,7 @@ class UncertainIndex:
         *,
         information: Information | None = None,
         weights: RealArray | None = None,
+        rows: IntArray | None = None,
         seed: int = 1,
     ) -> ExpectedChange:
         """State the expected change by picks with its intervals.
@@ -86,6 +87,7 @@ class UncertainIndex:
             picks,
             information=information,
             weights=weights,
+            rows=rows,
             seed=seed,
         )
 
@@ -123,8 +125,13 @@ def uncertain_index(
       where there is none.
     - raises InputError: see `UncertainData`.
     """
-    by_name = {vehicle.name: vehicle for vehicle in platform.fleet.vehicles}
-    fleet = Fleet(tuple(by_name[name] for name in index.response_names))
+    of_response = {
+        receiver.response_name(vehicle.name): vehicle
+        for vehicle in platform.fleet.vehicles
+        for receiver in vehicle.transfers
+    }
+    # each vehicle once, in the order of the index
+    fleet = Fleet(tuple(dict.fromkeys(of_response[name] for name in index.response_names)))
     cases = tuple(platform.load_case(name) for name in index.load_case_names)
     band = (float(index.frequency[0]), float(index.frequency[-1]))
     chains = library_tolerances(platform) if parts else (Tolerances(), PRIOR)

@@ -78,7 +78,8 @@ def _maps(report: Report, view: PlatformFront) -> None:
     """Show the levels of all load cases and vehicles over speed, before, after, difference."""
     model = view.index if view.every is None else view.every
     both = np.stack([view.front.robust.space.nominal, view.front.pick_designs[Pick.best_mean]])
-    cases = {name: model.levels(both, name) for name in model.load_case_names}
+    ears = view.fleet.ears
+    cases = {name: model.levels(both, name)[:, ears] for name in model.load_case_names}
     before, after = np.concatenate(list(cases.values()), axis=1)
     rows = [(case, vehicle) for case in cases for vehicle in view.fleet.vehicles]
     n_lines = view.fleet.frequency.size
@@ -174,7 +175,8 @@ def _designs(report: Report, view: PlatformFront) -> None:
         level: evaluated.mean_sum * view.front.per_line,
         spread: evaluated.sigma_sum * view.front.per_line,
     }
-    for vehicle, mean in zip(view.fleet.vehicles, evaluated.mean.T, strict=True):
+    means = evaluated.mean[:, view.fleet.ears].T
+    for vehicle, mean in zip(view.fleet.vehicles, means, strict=True):
         columns[f"{vehicle} in search [dB(A)]"] = mean / view.index.n_lines
     table = pd.DataFrame(columns)
     report.table("evaluated", table)
@@ -213,10 +215,10 @@ def _distributions(report: Report, view: PlatformFront) -> None:
     """Show the objectives of the front by group, how sure they are, and the scatter of parts."""
     front, lines = view.front, view.index.n_lines
     level, spread = "mean level [dB(A)]", "σ [dB]"
-    groups = groups_of(view.runs.fleet)
+    groups, ears = groups_of(view.runs.fleet), view.fleet.ears
     pairs = {
-        name: {level: view.fleet.mean(front.values.mean, rows) / lines}
-        | {spread: view.fleet.mean(front.values.sigma, rows) / lines}
+        name: {level: view.fleet.mean(front.values.mean[:, ears], rows) / lines}
+        | {spread: view.fleet.mean(front.values.sigma[:, ears], rows) / lines}
         for name, rows in groups.items()
     }
     colours = view.colours if set(pairs) <= set(view.colours) else vehicle_colours(list(pairs))
@@ -250,7 +252,8 @@ def _distributions(report: Report, view: PlatformFront) -> None:
     today = front.robust.space.nominal
     for name, design in (("today", today), ("best-mean", front.pick_designs[Pick.best_mean])):
         made, splv = front.judge.sets[0].made_responses(design)
-        parts[name] = {stiffness: made[:, strongest], level: view.fleet.mean(splv) / lines}
+        heard = view.fleet.mean(splv[:, ears]) / lines
+        parts[name] = {stiffness: made[:, strongest], level: heard}
     report.figure(
         "scatter_of_parts",
         lambda: plot.joint_scatter(parts, {"today": MUTED, "best-mean": ACCENT}),
@@ -263,10 +266,16 @@ def _distributions(report: Report, view: PlatformFront) -> None:
 
 
 def groups_of(fleet: Fleet) -> dict[str, list[int]]:
-    """Return the places of the vehicles of each group, of a single group those of each vehicle."""
-    names = [vehicle.group for vehicle in fleet.vehicles]
+    """Return the numbers of the ears of each group, of a single group that of each ear."""
+    ears = [
+        (vehicle.group, receiver.response_name(vehicle.name))
+        for vehicle in fleet.vehicles
+        for receiver in vehicle.transfers
+        if receiver.is_sound
+    ]
+    names = [group for group, _ in ears]
     if len(set(names)) == 1:
-        names = list(fleet.names)
+        names = [name for _, name in ears]
     return {
         name: [place for place, of in enumerate(names) if of == name]
         for name in dict.fromkeys(names)

@@ -30,7 +30,9 @@ from deboom.plot.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_co
 from deboom.report.interactive import Axis, InteractiveFront
 from deboom.report.report import Picture
 from deboom.tabled import PACKED
+from deboom.vehicles.fleet_front import sound_rows
 from deboom.vehicles.free_directions import Need
+from deboom.vehicles.receivers import car_of
 
 DOE, EVALUATED = "doe.csv", "evaluated.csv"
 _PICTURES = {
@@ -52,7 +54,8 @@ def interactive_front(study: SupplierStudy, vehicles: Sequence[str] = ()) -> Int
     frequency = np.asarray(index.frequency)
     designs = at_nominal(study.run.designs, space, study.without_effect)
     fleet = vehicle_colours(study.platform.fleet.names)
-    scale = full_scale(index.pressure(np.stack([space.nominal, study.picked])))
+    ears = sound_rows(index)
+    scale = full_scale(index.pressure(np.stack([space.nominal, study.picked]))[:, ears])
     of_picks = [row for row, pick in enumerate(front.pick_names) if pick]
     starts = [
         Start(front.pick_names[row].replace(" = ", " and "), designs[row]) for row in of_picks
@@ -82,10 +85,10 @@ def interactive_front(study: SupplierStudy, vehicles: Sequence[str] = ()) -> Int
         points=list(range(1, len(front.rows) + 1)),
         picks=front.pick_names,
         vehicles=study.vehicles,
-        vehicle_colours=tuple(fleet[name] for name in study.vehicles),
+        vehicle_colours=tuple(fleet[car_of(name)] for name in study.vehicles),
         frequency=frequency,
         speed=np.asarray(rpm_of_frequency(frequency, load_case.order)),
-        levels=np.asarray(index.levels(np.vstack([space.nominal, designs]))),
+        levels=np.asarray(index.levels(np.vstack([space.nominal, designs])))[:, ears],
         pictures=_pictures(entry.folder),
         full_scale=scale,
         live=live,
@@ -165,7 +168,9 @@ def interactive_doe(
     names = index.variable_names
     designs = done[[f"{name} [1]" for name in names]].to_numpy(float)
     today = np.ones(len(names))
-    means = np.asarray(index(np.vstack([today, designs]))) / index.n_lines
+    ears = sound_rows(index)
+    heard = [index.response_names[ear] for ear in ears]
+    means = np.asarray(index(np.vstack([today, designs])))[:, ears] / index.n_lines
     mounts = mount_colours([mount.name for mount in runs.platform.mounts])
     fleet = vehicle_colours(runs.platform.fleet.names)
     axes = [
@@ -175,12 +180,12 @@ def interactive_doe(
     whole = means.mean(axis=1)
     axes.append(Axis("mean level", "dB(A)", whole[1:], float(whole[0]), ACCENT, "objective"))
     axes += [
-        Axis(f"{name} level", "dB(A)", level[1:], float(level[0]), fleet[name], "vehicle")
-        for name, level in zip(index.response_names, means.T, strict=True)
+        Axis(f"{name} level", "dB(A)", level[1:], float(level[0]), fleet[car_of(name)], "vehicle")
+        for name, level in zip(heard, means.T, strict=True)
     ]
     first = runs.platform.load_case(index.load_case_names[0])
     frequency = np.asarray(index.frequency)
-    scale = full_scale(index.pressure(today[np.newaxis]))
+    scale = full_scale(index.pressure(today[np.newaxis])[:, ears])
     stiffness = runs.stiffness(first, (float(frequency[0]), float(frequency[-1]))) * N_PER_MM
     newtons = [*stiffness.tolist(), *(np.nan for _ in names[stiffness.size :])]
     words = _words(entry, runs.platform.title, newtons, scale)
@@ -190,7 +195,7 @@ def interactive_doe(
     live, not_live = live_page(robust, runs, (), words, vehicles)
     return InteractiveFront(
         title="The designs of the experiment" if live else "Explore the designs of an experiment",
-        question=f"What does a change of the mounts do to {', '.join(index.response_names)}?",
+        question=f"What does a change of the mounts do to {', '.join(heard)}?",
         run=entry.name,
         facts=(
             f"Run {entry.name} of the study {entry.study}: {len(done)} of {len(table)} designs "
@@ -199,11 +204,11 @@ def interactive_doe(
         axes=tuple(axes),
         points=done["design"].tolist(),
         picks=[""] * len(done),
-        vehicles=tuple(index.response_names),
-        vehicle_colours=tuple(fleet[name] for name in index.response_names),
+        vehicles=tuple(heard),
+        vehicle_colours=tuple(fleet[car_of(name)] for name in heard),
         frequency=frequency,
         speed=np.asarray(rpm_of_frequency(frequency, first.order)),
-        levels=np.asarray(index.levels(np.vstack([today, designs]))),
+        levels=np.asarray(index.levels(np.vstack([today, designs])))[:, ears],
         full_scale=scale,
         live=live,
         not_live=not_live,
@@ -278,7 +283,7 @@ def _nominal(study: SupplierStudy) -> dict[str, float]:
 
 
 def _objectives(study: SupplierStudy, front: FrontTable) -> list[Axis]:
-    per_line = study.per_vehicle / len(study.vehicles)
+    per_line = study.per_vehicle / len(study.index.response_names)
     interval = interval_of_scrambles(len(VERIFICATION)) * per_line
     names, rows = front.columns, front.rows
     shown = (
@@ -310,7 +315,9 @@ def _vehicles(study: SupplierStudy) -> list[Axis]:
     axes = []
     for name in study.vehicles:
         values = _array(table.loc[table["vehicle"] == name, level])
-        axes.append(Axis(f"{name} level", "dB(A)", values, today[name], colours[name], "vehicle"))
+        axes.append(
+            Axis(f"{name} level", "dB(A)", values, today[name], colours[car_of(name)], "vehicle")
+        )
     return axes
 
 

@@ -23,6 +23,7 @@ from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.coupled_motion import Body, CoupledMotion, FlexibleMotion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import LOSS_SUFFIX, Fleet, PathContributions
+from deboom.vehicles.fleet_front import sound_rows
 from deboom.vehicles.kernels import Case
 from deboom.vehicles.limits import (
     MountRequirements,
@@ -150,8 +151,12 @@ class Start:
     design: RealArray
 
 
-def _coloured(platform: Platform, fleet: Fleet) -> dict[str, list[dict[str, str]]]:
-    """Name mounts and vehicles for the header of a page, with the colours of the figures."""
+def _coloured(
+    platform: Platform, fleet: Fleet, ears: Sequence[str]
+) -> dict[str, list[dict[str, str]]]:
+    """Name mounts and ears for the header of a page, with the colours of the figures."""
+    vehicle_of = dict(zip(fleet.response_names, fleet.vehicle_of, strict=True))
+    vehicles = [(name, fleet.vehicles[vehicle_of[name]]) for name in ears]
     colours = vehicle_colours(platform.fleet.names)
     by_mount = mount_colours([mount.name for mount in platform.mounts])
     return {
@@ -160,8 +165,8 @@ def _coloured(platform: Platform, fleet: Fleet) -> dict[str, list[dict[str, str]
             for mount in platform.mounts
         ],
         "vehicles": [
-            {"name": vehicle.name, "group": vehicle.group, "colour": colours[vehicle.name]}
-            for vehicle in fleet.vehicles
+            {"name": name, "group": vehicle.group, "colour": colours[vehicle.name]}
+            for name, vehicle in vehicles
         ],
     }
 
@@ -186,18 +191,20 @@ def live_page(
     """
     model, space = robust.evaluate, robust.space
     assert isinstance(model, BoomingModel)
-    unknown = [name for name in only if name not in model.response_names]
+    ears = [model.response_names[row] for row in sound_rows(model)]
+    unknown = [name for name in only if name not in ears]
     if unknown:
         raise InputError(
-            f"--vehicle {unknown[0]}: the run has no such vehicle; use one of "
-            f"{', '.join(model.response_names)}"
+            f"--vehicle {unknown[0]}: the run has no such vehicle; use one of {', '.join(ears)}"
         )
     if any(isinstance(case, AmplitudeMotion) for case in model.cases):
         return None, f"No sliders for this model: {NOT_LIVE}. Its designs are below."
-    names = tuple(name for name in model.response_names if not only or name in only)
+    names = tuple(name for name in ears if not only or name in only)
     rows = np.array([model.response_names.index(name) for name in names])
-    heard = replace(runs, fleet=Fleet(tuple(v for v in runs.fleet.vehicles if v.name in names)))
-    cases, no_cases = _cases(model, heard, rows)
+    owner = dict(zip(runs.fleet.response_names, runs.fleet.vehicle_of, strict=True))
+    kept = dict.fromkeys(owner[name] for name in names)
+    heard = replace(runs, fleet=Fleet(tuple(runs.fleet.vehicles[number] for number in kept)))
+    cases, no_cases = _cases(model, heard, names)
     scatter = robust.scatter(space.nominal)
     if not isinstance(robust.sample, ToleranceSample):
         sample = sobol_sample(robust.n_draws, MOST_DRAWS, seed=robust.sample.seed)
@@ -219,7 +226,7 @@ def live_page(
             "motions": ["coupled", "prescribed"] if both else [model.motion.value],
             "starts": [{"name": start.name, "design": start.design.tolist()} for start in starts],
             "vehicleWeights": robust.weight_ratios[rows].tolist(),
-            **_coloured(runs.platform, heard.fleet),
+            **_coloured(runs.platform, heard.fleet, names),
         }
     )
     if live.n_bytes <= MAX_MODEL_BYTES:
@@ -286,13 +293,13 @@ def _of_mean_levels(robust: Robust, limit: Limit, vehicles: Sequence[str]) -> li
     ]
 
 
-def _cases(model: BoomingModel, runs: Runs, rows: IntArray) -> tuple[list[LiveCase], str]:
+def _cases(model: BoomingModel, runs: Runs, ears: Sequence[str]) -> tuple[list[LiveCase], str]:
     """Return the load cases of the model and the platform's others with weight 0, or why not them.
 
     Where the motion is prescribed and the data allow the coupled one, its cases stand for both.
     """
     motion = model.motion
-    mine: Sequence[Case] = [_heard_in(case, rows) for case in model.cases]
+    mine: Sequence[Case] = model.cases
     if motion is Motion.prescribed and not model.loss_factors and not runs.not_coupled:
         motion = Motion.coupled
         wanted = [(runs.platform.load_case(name), 1.0) for name in model.load_case_names]
@@ -311,13 +318,14 @@ def _cases(model: BoomingModel, runs: Runs, rows: IntArray) -> tuple[list[LiveCa
     described = []
     for case, weight in zip([*mine, *others], weights, strict=True):
         stated = runs.platform.load_case(case.load_case)
-        described.append(LiveCase(case, weight, stated.title, stated.order))
+        heard = _heard_in(case, ears)
+        described.append(LiveCase(heard, weight, stated.title, stated.order))
     return described, refusal
 
 
-def _heard_in(case: Case, rows: IntArray) -> Case:
-    """Return a load case in some of the vehicles."""
-    names = tuple(case.vehicle_names[row] for row in rows)
+def _heard_in(case: Case, ears: Sequence[str]) -> Case:
+    """Return a load case at some of its ears."""
+    names, rows = tuple(ears), np.array([case.vehicle_names.index(name) for name in ears])
     if isinstance(case, PathContributions):
         return replace(case, values=case.values[rows], vehicle_names=names)
     bodies = tuple(replace(body, transfer=body.transfer[rows]) for body in case.bodies)

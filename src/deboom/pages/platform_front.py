@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from deboom.arrays import RealArray
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.explore.choices import Pick
 from deboom.explore.front import thinned, unbeaten
@@ -61,7 +61,8 @@ class PlatformFront:
     prescribed : Front or None
         The same search with prescribed motion.
     target : float or None
-        Level that cars shall not exceed [dB(A)]; None: each vehicle's level of today.
+        Level that cars shall not exceed [dB(A)]; None: the target of each ear, or its level of
+        today.
     run : str
         Folder of the run, for the commands that come next.
     """
@@ -114,17 +115,20 @@ class PlatformFront:
     def cars_target(self) -> RealArray:
         """Level that cars of each vehicle shall not exceed, shape (v,) [dB(A)]."""
         if self.target is None:
-            return self.fleet.todays_levels
+            targets = [self.index.receivers[ear].target for ear in self.fleet.ears]
+            stated = np.array([np.nan if each is None else each for each in targets])
+            return np.where(np.isnan(stated), self.fleet.todays_levels, stated)
         return np.full(len(self.fleet.vehicles), self.target)
 
     @cached_property
     def expected(self) -> ExpectedChange | str:
         """Changes that cars show of all picks, in their order; or why none is expected."""
         picks = np.stack(list(self.front.pick_designs.values()))
+        weights = self.front.robust.weights
         return expected_or_why(
             self.index,
             lambda: uncertain_index(self.index, self.platform, self.runs.parts).expected_change(
-                picks, weights=self.fleet.weights, seed=self.front.search.seed
+                picks, weights=weights, seed=self.front.search.seed, rows=self.fleet.ears
             ),
         )
 
@@ -150,7 +154,8 @@ class PlatformFront:
             else self.runs.model(Motion.prescribed, self.index.factor, loss_factors=loss)
         )
         both = np.asarray(model(np.stack([self.front.robust.space.nominal, self.best])))
-        return float(self.fleet.mean(both[1] - both[0]) / self.index.n_lines)
+        change = (both[1] - both[0])[self.fleet.ears]
+        return float(self.fleet.mean(change) / self.index.n_lines)
 
     @cached_property
     def evaluated_changes(self) -> RealArray:
@@ -158,7 +163,8 @@ class PlatformFront:
         evaluated = self.front.search.evaluated
         today = self.front.robust(self.front.robust.space.nominal[np.newaxis]).mean
         kept = ~evaluated.failed
-        return np.asarray((evaluated.mean[kept] - today) / self.index.n_lines)
+        changes = (evaluated.mean[kept] - today) / self.index.n_lines
+        return np.asarray(changes[:, self.fleet.ears])
 
     @property
     def sigma_range(self) -> float:
@@ -167,10 +173,17 @@ class PlatformFront:
             self.front.per_line
         )
 
+    def heard(self, designs: RealArray) -> ComplexArray:
+        """Return the pressure of designs (n, k) at the ears of `fleet`, (n, v, f) [Pa]."""
+        return self.index.pressure(designs)[:, self.fleet.ears]
+
     @property
     def colours(self) -> dict[str, str]:
         """Colour of each vehicle, the same on every page of the platform."""
-        return vehicle_colours(self.platform.fleet.names)
+        by_vehicle = vehicle_colours(self.platform.fleet.names)
+        fleet = self.runs.fleet
+        owners = zip(fleet.response_names, fleet.vehicle_of, strict=True)
+        return by_vehicle | {name: by_vehicle[fleet.names[owner]] for name, owner in owners}
 
     @property
     def worst_vehicle(self) -> int:
@@ -265,7 +278,8 @@ class PlatformFront:
             )
         except InputError:
             return float("nan")
-        return float(self.fleet.mean(both[1] - both[0]) / self.index.n_lines)
+        change = (both[1] - both[0])[self.fleet.ears]
+        return float(self.fleet.mean(change) / self.index.n_lines)
 
     @cached_property
     def price(self) -> pd.DataFrame | str:
@@ -288,7 +302,7 @@ class PlatformFront:
             return pd.DataFrame()
         designs, rows = np.stack(list(self.front.named_designs.values())), []
         for name in self.every.load_case_names:
-            level = self.every.levels(designs, name).mean(axis=2)
+            level = self.every.levels(designs, name)[:, self.fleet.ears].mean(axis=2)
             for vehicle, changes in zip(self.fleet.vehicles, (level[1:] - level[0]).T, strict=True):
                 rows.append(
                     {"load case": name, "vehicle": vehicle}

@@ -39,6 +39,7 @@ from deboom.pages.front_answer import (
 from deboom.pages.front_pictures import heard_by_the_driver, pictures_behind
 from deboom.pages.motion import factor_name, motion_name
 from deboom.pages.platform_front import FURTHER, PlatformFront
+from deboom.pages.receivers import report_vibrations, worse_sentence
 from deboom.plot.style import mount_colours, signed
 from deboom.report import Link, Report, Step, Table
 from deboom.vehicles.design_factor import with_brackets
@@ -156,7 +157,9 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         f"Levels: mean of the lines, {view.load_case.title}; scatter of parts (σ) {spread}. "
         f"{weights_sentence(view.fleet)}{abbreviations(mounts)}",
     )
-    whose = "its vehicle's level of today" if view.target is None else f"{view.target:g} dB(A)"
+    whose = f"{view.target:g} dB(A)" if view.target is not None else "its vehicle's level of today"
+    if view.target is None and any(each.target is not None for each in view.index.receivers):
+        whose = "that of platform.toml, or its vehicle's level of today"
     table = vehicle_table(view.fleet, best, target=view.cars_target, expected=expected)
     report.panel(
         "Each vehicle",
@@ -172,13 +175,14 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         ),
         wide=True,
     )
+    report_vibrations(report, view)
     report.panel(
         "Parts to change",
         _parts_table(view),
         *_about_parts(view),
         wide=True,
     )
-    report_loudest(report, view.fleet, view.best, view.index.pressure, view.load_case.title)
+    report_loudest(report, view.fleet, view.best, view.heard, view.load_case.title)
     report.panel("What it costs", *_price_blocks(view))
     report.panel(
         "What to do next",
@@ -227,7 +231,7 @@ def _verdict(view: PlatformFront, mean: float) -> str:
     effect = f"{average}{by_vehicle}; in the model {peaks}."
     if mean > -NOTICEABLE:
         return f"Leave today's mounts: no design of the search is noticeably quieter. {effect}"
-    verdict = f"{_moves(view)}: {effect}"
+    verdict = f"{worse_sentence(view)}{_moves(view)}: {effect}"
     if changes.max() > NOTICEABLE:
         verdict += f" Not for all: {view.fleet.vehicles[order[0]]} becomes louder."
     return verdict
@@ -516,18 +520,17 @@ def _load_cases(report: Report, view: PlatformFront) -> None:
 
 def _per_vehicle(view: PlatformFront) -> pd.DataFrame:
     """List mean and scatter of each vehicle at each point of the front."""
-    values, n_lines = view.front.values, view.index.n_lines
-    points, vehicles = np.meshgrid(
-        np.arange(1, len(values) + 1), view.fleet.vehicles, indexing="ij"
-    )
+    n_lines, ears = view.index.n_lines, view.fleet.ears
+    mean, sigma = view.front.values.mean[:, ears], view.front.values.sigma[:, ears]
+    points, vehicles = np.meshgrid(np.arange(1, len(mean) + 1), view.fleet.vehicles, indexing="ij")
     return pd.DataFrame(
         {
             "point": points.ravel(),
             "vehicle": vehicles.ravel(),
-            "SPLV mean [dB(A)]": values.mean.ravel(),
-            "SPLV sigma [dB]": values.sigma.ravel(),
-            "mean level of the lines [dB(A)]": values.mean.ravel() / n_lines,
-            "sigma of that level [dB]": values.sigma.ravel() / n_lines,
+            "SPLV mean [dB(A)]": mean.ravel(),
+            "SPLV sigma [dB]": sigma.ravel(),
+            "mean level of the lines [dB(A)]": mean.ravel() / n_lines,
+            "sigma of that level [dB]": sigma.ravel() / n_lines,
         }
     )
 

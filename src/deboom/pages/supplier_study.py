@@ -20,6 +20,7 @@ from deboom.files.front_run import ComparedRun
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
 from deboom.mounts.mount import Mount
+from deboom.vehicles.fleet_front import sound_rows
 from deboom.vehicles.free_directions import DirectionFreedom, Need, free_directions
 from deboom.vehicles.platform import Platform, Runs
 
@@ -112,7 +113,7 @@ class SupplierStudy:
     @property
     def vehicles(self) -> tuple[str, ...]:
         """Names of the vehicles that were served."""
-        return tuple(self.index.response_names)
+        return tuple(self.index.response_names[row] for row in sound_rows(self.index))
 
     @property
     def per_vehicle(self) -> float:

@@ -16,6 +16,7 @@ from deboom.names import path_inside
 from deboom.physics.sound_level import RUN_UP_RATE, full_scale
 from deboom.runs.rebuilt import compared_run
 from deboom.vehicles.booming_model import BoomingModel
+from deboom.vehicles.fleet_front import sound_rows
 
 
 def write_run_ups(
@@ -63,13 +64,14 @@ def write_run_ups(
             f"run {folder} has no pressure at an ear: only fronts of mounts can be heard"
         )
     designs = {"today": run.model.space.nominal, design_name(pick): run.picked(pick)}
-    pressure = model.pressure(np.array(list(designs.values())))
+    ears = sound_rows(model)  # vibrations are not heard
+    pressure = model.pressure(np.array(list(designs.values())))[:, ears]
     rows = np.moveaxis(pressure, 1, 0).reshape(-1, pressure.shape[-1])
     scale = full_scale(rows)
     sounds = run_up_files(rows, model.frequency, seconds, RUN_UP_RATE, scale)
     place = made_folder(run.entry.writable("listen") if out is None else out)
     paths = []
-    names = [f"{vehicle} {name}.wav" for vehicle in model.response_names for name in designs]
+    names = [f"{model.response_names[ear]} {name}.wav" for ear in ears for name in designs]
     for name, sound in zip(names, sounds, strict=True):
         paths.append(path_inside(place, name))
         replace_bytes(paths[-1], sound)

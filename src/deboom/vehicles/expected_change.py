@@ -175,6 +175,7 @@ def expected_change(
     *,
     information: Information | None = None,
     weights: RealArray | None = None,
+    rows: IntArray | None = None,
     seed: int = 1,
 ) -> ExpectedChange:
     """State the expected change by picks, in each vehicle, in their mean and in the worst.
@@ -195,7 +196,9 @@ def expected_change(
     information : Information, optional
         What of the bodies is used; by default all that is known of every vehicle's.
     weights : array, shape (v,), optional
-        Of the vehicles in the mean [1]; by default all alike.
+        Of the responses in the mean [1]; by default all alike.
+    rows : array of int, optional
+        Numbers of the responses that are told, such as the ears; by default all.
     seed : int
         Of the draws, from 1: the same seed gives the same numbers.
 
@@ -214,6 +217,21 @@ def expected_change(
     times a width factor (split conformal prediction on tuning platforms of the bench's families).
     """
     draws = change_draws(model, again, fleet, mounts, picks, information=information, seed=seed)
+    if rows is not None:
+        draws = ChangeDraws(
+            draws.information,
+            *(
+                changes[..., rows]
+                for changes in (
+                    draws.predicted,
+                    draws.drawn,
+                    draws.predicted_peak,
+                    draws.drawn_peak,
+                    draws.struck,
+                )
+            ),
+        )
+        weights = None if weights is None else weights[rows]
     return stated(draws, weights)
 
 

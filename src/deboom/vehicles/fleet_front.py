@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from deboom.arrays import RealArray, checked
+from deboom.arrays import IntArray, RealArray, checked
 from deboom.explore.doe import sobol_designs
 from deboom.explore.result import Front
-from deboom.explore.space import DesignSpace, Evaluate
+from deboom.explore.space import DesignSpace, Evaluate, units_of
 from deboom.measurement.booming_peaks import PeakChange, compare_peaks
 from deboom.physics.sound_level import hearing_threshold
 
@@ -72,6 +73,16 @@ def load_cases_of(model: Any) -> tuple[str, ...]:
     return tuple(model.case_names if names is None else names)
 
 
+SOUND_UNIT = "dB(A)"
+
+
+def sound_rows(model: Any) -> IntArray:
+    """Return the numbers of the responses that are levels of sound; of a model without any, all."""
+    units = units_of(model.response_names, model.response_unit)
+    rows = [row for row, unit in enumerate(units) if unit == SOUND_UNIT]
+    return np.array(rows or range(len(units)))
+
+
 @dataclass(frozen=True, eq=False)
 class PeakRise:
     """By how much a design raises the booming peak that rises most, as a search limits it.
@@ -100,7 +111,8 @@ class PeakRise:
         rows = np.vstack([self.today, np.asarray(designs, dtype=float)])
         rise = np.full(len(rows) - 1, -np.inf)
         for case in load_cases_of(self.model):
-            before, *after = np.asarray(self.model.levels(rows, case))
+            every = np.asarray(self.model.levels(rows, case))
+            before, *after = every[:, sound_rows(self.model)]
             for row, levels in enumerate(after):
                 changes = (
                     peak.change
@@ -116,6 +128,9 @@ class PeakRise:
 @dataclass(frozen=True, eq=False)
 class FleetFront:
     """Levels, booming peaks and vehicles behind a front of designs; levels without scatter.
+
+    Vehicles are the ears: the driver's of each, and perhaps others. Vibrations are told by
+    `deboom.pages.receivers`.
 
     - `front`: of a model with lines, such as `BoomingModel`.
     - `order`: of the lines whose levels are shown, per revolution [1].
@@ -139,8 +154,13 @@ class FleetFront:
 
     @property
     def vehicles(self) -> tuple[str, ...]:
-        """Names of the vehicles."""
-        return self.front.responses
+        """Names of the vehicles, and of further ears."""
+        return tuple(self.front.responses[row] for row in self.ears)
+
+    @cached_property
+    def ears(self) -> IntArray:
+        """Numbers of their responses, shape (v,)."""
+        return sound_rows(self.model)
 
     @property
     def today(self) -> RealArray:
@@ -155,20 +175,31 @@ class FleetFront:
     @property
     def weights(self) -> RealArray | None:
         """Weights of the vehicles in means and sums, shape (v,) [1]; None: all alike."""
-        return self.front.robust.weights
+        weights = self.front.robust.weights
+        if weights is None:
+            return None
+        heard = weights[self.ears]
+        return None if np.all(heard == heard[0]) and len(heard) < len(weights) else heard
 
     def mean(self, values: RealArray, rows: Sequence[int] | None = None) -> RealArray:
         """Return the mean over the vehicles, of some `rows` or all; see `Robust.mean`."""
-        return self.front.robust.mean(values, rows)
+        n_responses = len(self.front.responses)
+        if len(self.ears) == n_responses:
+            return self.front.robust.mean(values, rows)
+        heard = np.asarray(values)
+        every = np.zeros((*heard.shape[:-1], n_responses))
+        every[..., self.ears] = heard
+        chosen = self.ears if rows is None else self.ears[list(rows)]
+        return self.front.robust.mean(every, chosen.tolist())
 
     def splv_change(self, design: RealArray) -> RealArray:
         """Change of SPLV over the number of lines against today's design, shape (v,) [dB]."""
         both = self.model(np.stack([self.today, design]))
-        return np.asarray((both[1] - both[0]) / self.front.n_lines)
+        return np.asarray((both[1] - both[0]) / self.front.n_lines)[self.ears]
 
     def levels(self, design: RealArray) -> RealArray:
         """SPL of one design without scatter in the first case, shape (v, f) [dB(A)]."""
-        return np.asarray(self.model.levels(design[np.newaxis, :])[0])
+        return np.asarray(self.model.levels(design[np.newaxis, :])[0])[self.ears]
 
     def cars(self, design: RealArray) -> CarLevels:
         """Levels of cars with the parts of one design as made, in all draws that verify it."""
@@ -176,18 +207,22 @@ class FleetFront:
         if self.audible:
             levels = [self.mean_levels(robust.made(design)) for robust in sets]
         else:
-            levels = [robust.made_responses(design)[1] / self.front.n_lines for robust in sets]
+            levels = [
+                robust.made_responses(design)[1][:, self.ears] / self.front.n_lines
+                for robust in sets
+            ]
         return CarLevels(self.vehicles, np.concatenate(levels))
 
     def mean_levels(self, designs: RealArray) -> RealArray:
         """Return the mean over lines and load cases, of designs (n, k), shape (n, v) [dB(A)]."""
         if not self.audible:
-            return np.asarray(self.model(designs) / self.front.n_lines)
+            return np.asarray(self.model(designs) / self.front.n_lines)[:, self.ears]
         floor = hearing_threshold(self.frequency)
         weights = np.asarray(self.model.weights) / np.sum(self.model.weights)
         return np.asarray(
             sum(
-                weight * np.maximum(self.model.levels(designs, case), floor).mean(axis=2)
+                weight
+                * np.maximum(self.model.levels(designs, case)[:, self.ears], floor).mean(axis=2)
                 for case, weight in zip(self.load_cases, weights, strict=True)
             )
         )
@@ -242,16 +277,16 @@ class FleetFront:
     def vehicle_table(self, name: str) -> pd.DataFrame:
         """Tabulate level, change and σ of each vehicle, today and in a pick, over the scatter."""
         row, n_lines = self.front.picks[name], self.front.n_lines
-        before = self.front.baseline.mean[0] / n_lines
-        after = self.front.values.mean[row] / n_lines
+        before = self.front.baseline.mean[0, self.ears] / n_lines
+        after = self.front.values.mean[row, self.ears] / n_lines
         return pd.DataFrame(
             {
                 "vehicle": list(self.vehicles),
                 "level before [dB(A)]": before,
                 "level after [dB(A)]": after,
                 "change [dB]": after - before,
-                "sigma before [dB]": self.front.baseline.sigma[0] / n_lines,
-                "sigma after [dB]": self.front.values.sigma[row] / n_lines,
+                "sigma before [dB]": self.front.baseline.sigma[0, self.ears] / n_lines,
+                "sigma after [dB]": self.front.values.sigma[row, self.ears] / n_lines,
             }
         )
 

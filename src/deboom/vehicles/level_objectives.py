@@ -13,9 +13,8 @@ from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.moments import STATISTICS, Limit, Objective
 from deboom.explore.space import units_of
-from deboom.vehicles.fleet_front import load_cases_of
+from deboom.vehicles.fleet_front import load_cases_of, sound_rows
 
-SOUND_UNIT = "dB(A)"
 TAIL = 0.95
 """Share of all parts below the quantile, and above which the worst parts are [1]."""
 
@@ -68,8 +67,7 @@ def level_units(model: Any) -> tuple[str, ...]:
 
 def ears_of(model: Any) -> tuple[str, ...]:
     """Return the responses that are sounds: the worst vehicle is one of these."""
-    units = zip(model.response_names, level_units(model), strict=True)
-    return tuple(name for name, unit in units if unit == SOUND_UNIT)
+    return tuple(model.response_names[row] for row in sound_rows(model))
 
 
 PEAK = "peak"
@@ -127,6 +125,17 @@ def level_objective(model: Any, statistic: str, vehicle: str | None = None) -> O
     return replace(plain, response=vehicle, unit=unit, label=f"{name} of SPLV, {whose}")
 
 
+TARGET = "target"
+"""A bound that is the target of its receiver."""
+
+
+def _targets(model: Any) -> dict[str, float]:
+    """Return the target of each response that has one, of a model of any kind [its unit]."""
+    receivers = getattr(model, "receivers", ())
+    pairs = zip(model.response_names, receivers, strict=False)
+    return {name: each.target for name, each in pairs if each.target is not None}
+
+
 def level_limits(
     model: Any,
     statistic: str,
@@ -138,11 +147,25 @@ def level_limits(
     """Return the limits that a vehicle, or every vehicle, keeps a level.
 
     - `at_most`: mean over the lines, or the loudest line [unit of the response; dB of sigma];
-      ``"today"``: each vehicle's own of today's design.
-    - `vehicle`: its name, or that of another receiver; None: every ear.
+      ``"today"``: each vehicle's own of today's design; ``"target"``: that of the receiver.
+    - `vehicle`: its name, or that of another receiver; None: every ear, or every receiver that has
+      a target.
     - `source`: who states the limits, such as a file and the place in it.
     - raises InputError: as `level_objective`; a bound of another text.
     """
+    if at_most == TARGET:
+        targets = _targets(model)
+        names = targets if vehicle is None else [vehicle]
+        if not targets or any(name not in targets for name in names):
+            raise InputError(
+                f"{vehicle or 'no receiver'} has {'no' if vehicle else 'a'} target: state its "
+                "target_db in platform.toml, or at_most_db in dB"
+            )
+        return tuple(
+            limit
+            for name in names
+            for limit in level_limits(model, statistic, targets[name], name, source=source)
+        )
     of_each: Sequence[str | None] = [vehicle]
     if vehicle is None and isinstance(at_most, str):
         of_each = ears_of(model)

@@ -105,5 +105,10 @@ class Receiver:
         return np.asarray(weighted * back * (REFERENCE_PRESSURE / REFERENCES[self.quantity]))
 
 
+def car_of(response: str) -> str:
+    """Return the vehicle of a response, see `Receiver.response_name`."""
+    return response.partition(", ")[0]
+
+
 EAR = Receiver()
 """The ear of a vehicle for which nothing else is stated."""

@@ -23,6 +23,7 @@ from deboom.errors import InputError
 from deboom.measurement.channels import Band, LoadCase, Spectrum, lines_inside
 from deboom.measurement.uncertainty import complex_normals, local_magnitude
 from deboom.vehicles.fleet import Fleet
+from deboom.vehicles.receivers import Receiver
 
 NEPER_PER_DB = np.log(10.0) / 20.0
 LOSS_FACTOR = 0.2
@@ -37,7 +38,8 @@ class MeasuredArrays:
     """The measured data of a study as plain arrays.
 
     - `frequency` (f,) [Hz].
-    - `transfer` (v, f, p): noise transfer functions of p paths [Pa/N].
+    - `transfer` (v, f, p): noise transfer functions of p paths to every receiver; of a vibration
+      those to the pressure of the same level [Pa/N].
     - `transfer_around` (v, f, p): magnitude around each line, as measured, see
       `deboom.measurement.uncertainty.local_magnitude` [Pa/N].
     - `displacement`, `force` (c, f, n): motion and force of n channels in c load cases [m], [N].
@@ -295,9 +297,14 @@ class UncertainData:
         first = self.load_cases[0]
         inside = lines_inside(first.force.frequency, self.band, f"load case {first.name}")
         paths = self.fleet.vehicles[0].noise_transfer.inputs
-        measured = [v.noise_transfer.select(inputs=paths) for v in self.fleet.vehicles]
-        transfer = np.stack([frf.values[inside, 0] for frf in measured])
         frequency = first.force.frequency[inside]
+        transfer = np.stack(
+            [
+                frf.select(inputs=paths).values[inside, 0] * _scale_of(receiver, frequency)
+                for vehicle in self.fleet.vehicles
+                for receiver, frf in vehicle.transfers.items()
+            ]
+        )
         return MeasuredArrays(
             frequency=frequency,
             transfer=transfer,
@@ -309,15 +316,19 @@ class UncertainData:
         )
 
     def _of(self, data: MeasuredArrays) -> tuple[Fleet, tuple[LoadCase, ...]]:
-        vehicles = []
-        for vehicle, values in zip(self.fleet.vehicles, data.transfer, strict=True):
-            frf = replace(
-                vehicle.noise_transfer,
-                frequency=data.frequency,
-                values=values[:, np.newaxis],
-                inputs=data.paths,
-            )
-            vehicles.append(replace(vehicle, noise_transfer=frf))
+        vehicles, rows = [], iter(data.transfer)
+        for vehicle in self.fleet.vehicles:
+            again = {
+                receiver: replace(
+                    frf,
+                    frequency=data.frequency,
+                    values=(next(rows) / _scale_of(receiver, data.frequency))[:, np.newaxis],
+                    inputs=data.paths,
+                )
+                for receiver, frf in vehicle.transfers.items()
+            }
+            ear = again.pop(vehicle.ear)
+            vehicles.append(replace(vehicle, noise_transfer=ear, receivers=again))
         first = self.load_cases[0]
         inside = lines_inside(first.force.frequency, self.band, f"load case {first.name}")
         cases = [
@@ -332,6 +343,13 @@ class UncertainData:
             )
         ]
         return Fleet(tuple(vehicles)), tuple(cases)
+
+
+def _scale_of(receiver: Receiver, frequency: RealArray) -> RealArray | float:
+    """Return the pressure of the same level, (f, 1) [Pa per unit]; 1 of a sound."""
+    if receiver.is_sound:
+        return 1.0
+    return receiver.pressure_of_same_level(frequency)[:, np.newaxis]
 
 
 def smooth_basis(frequency: RealArray, length: float) -> RealArray:

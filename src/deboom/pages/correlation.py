@@ -44,6 +44,7 @@ from deboom.plot.style import signed, vehicle_colours
 from deboom.report import Report, Step, Table
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.design_factor import factor_space
+from deboom.vehicles.fleet_front import sound_rows
 from deboom.vehicles.platform import Runs
 
 SHOWN = 6
@@ -205,7 +206,7 @@ class CorrelationStudy:
 
     def within(self, runs: Runs, index: BoomingModel) -> CorrelationStudy | None:
         """Return the DOE of the vehicles of another model; None if these are one, or all."""
-        names = index.response_names
+        names = tuple(index.response_names[row] for row in sound_rows(index))
         if len(names) < 2 or names == self.names:
             return None
         levels, columns = self.vehicles, [self.names.index(name) for name in names]
@@ -229,8 +230,12 @@ class CorrelationStudy:
 
     @property
     def group_of(self) -> dict[str, str]:
-        """Group of every vehicle."""
-        return {vehicle.name: vehicle.group for vehicle in self.runs.fleet.vehicles}
+        """Group of every ear."""
+        return {
+            receiver.response_name(vehicle.name): vehicle.group
+            for vehicle in self.runs.fleet.vehicles
+            for receiver in vehicle.transfers
+        }
 
     @cached_property
     def groups(self) -> dict[str, tuple[str, ...]]:
@@ -303,7 +308,8 @@ def correlation_study(
     - `cut`: least correlation within a family [1].
     - raises InputError: fewer than two vehicles; see also `DoeRequest.designs`.
     """
-    names = index.response_names
+    ears = sound_rows(index)
+    names = tuple(index.response_names[ear] for ear in ears)
     if len(names) < 2:
         raise InputError(f"only vehicle {names[0]} was asked for: a correlation needs two")
     space = factor_space(index.variable_names, half_width, tolerance)
@@ -313,7 +319,12 @@ def correlation_study(
     )
     whole = np.isfinite(scatter).all(axis=(1, 2))
     scale = 1.0 / index.n_lines
-    levels = Levels(names, doe.computed * scale, means[whole] * scale, scatter[whole] * scale)
+    levels = Levels(
+        names,
+        doe.computed[:, ears] * scale,
+        means[whole][:, ears] * scale,
+        scatter[whole][..., ears] * scale,
+    )
     return CorrelationStudy(
         runs=runs,
         index=index,

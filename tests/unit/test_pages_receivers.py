@@ -1,0 +1,75 @@
+"""The first screen of a front with seats and wheel, and data measured again with receivers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import deboom
+from deboom.bench.operating_run import PlannedRun
+from deboom.bench.platform_writer import write_platform
+from deboom.files.platform import read_platform
+from deboom.files.uncertain_index import uncertain_index
+from deboom.pages.platform_front import PlatformFront
+from deboom.pages.receivers import report_vibrations, vibration_table, worse_sentence
+from deboom.report import Report
+
+RUN = PlannedRun(5, 220.0, full_load=True)
+
+
+@pytest.fixture(scope="module")
+def view(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("receivers") / "p"
+    write_platform(folder, 1, receivers=True, groups=("U06-1",), load_cases=(RUN,))
+    runs = read_platform(folder).runs(mounts="spectra", band=(20.0, 40.0))
+    model = runs.model("coupled")
+    robust = deboom.Robust(model, model.design_space(), draws=8)
+    front = deboom.search(robust, population=8, generations=1, polish=False)
+    return PlatformFront(front=front, runs=runs)
+
+
+def test_vehicles_of_a_front_are_ears_and_objectives_sum_them_alone(view):
+    assert view.fleet.vehicles == ("U06-1", "U06-1, rear ear")
+    model, robust = view.index, view.front.robust
+    assert robust.weights.tolist() == [2.0, 2.0, 0.0, 0.0]
+    values = robust(np.ones((1, 12)))
+    assert values.mean_sum[0] == pytest.approx(2.0 * values.mean[0, :2].sum(), rel=1e-12)
+    change = np.diff(model(np.stack([np.ones(12), view.best])), axis=0)[0] / model.n_lines
+    np.testing.assert_allclose(view.fleet.splv_change(view.best), change[:2], rtol=1e-12)
+    assert float(view.fleet.mean(change[:2])) == pytest.approx(change[:2].mean(), rel=1e-12)
+
+
+def test_what_vibrates_more_stands_first(view):
+    # seats feel what they felt less of today
+    mean = view.front.baseline.mean.copy()
+    mean[0, 2:] -= view.index.n_lines * np.array([10.0, 20.0])
+    louder = replace(view.front)
+    vars(louder)["baseline"] = replace(view.front.baseline, mean=mean)
+    worse = replace(view, front=louder)
+    table = vibration_table(worse)
+    assert list(table["receiver"]) == ["U06-1, wheel y", "U06-1, seat rail z"]
+    assert table["change [dB]"].is_monotonic_decreasing
+    assert table["level is"].tolist() == ["dB(Wh) re 1 µm/s²", "dB(Wk) re 1 µm/s²"]
+    rms = float(table["rms today"][0].removesuffix(" mm/s²"))
+    assert rms == pytest.approx(1e-3 * 10 ** (table["level today [dB]"][0] / 20.0), rel=5e-3)
+    assert worse_sentence(worse).startswith("More vibration: U06-1, wheel y (+")
+    report = Report("title", "question")
+    report.answer("verdict")
+    report_vibrations(report, worse)
+    (panel,) = report.panels
+    assert panel.title == "Seats and wheel"
+    assert not report.failures
+
+
+def test_data_measured_again_have_all_receivers(view):
+    index = uncertain_index(view.index, view.platform, ())
+    (again,) = index.draws(1, seed=1)
+    assert again.response_names == view.index.response_names
+    assert again.receivers == view.index.receivers
+    change = again(np.ones((1, 12))) - view.index(np.ones((1, 12)))
+    assert np.all(np.abs(change) / view.index.n_lines < 6.0)
+    assert np.unique(change).size == 4
+    kept = index.data.measured[0].vehicles[0]
+    for receiver, frf in view.platform.fleet.vehicles[0].transfers.items():
+        inside = np.isin(frf.frequency, view.index.frequency)
+        np.testing.assert_allclose(kept.transfers[receiver].values, frf.values[inside], rtol=1e-12)

@@ -249,7 +249,7 @@ def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None
             result, [synthesis.comparisons[ON_ROAD] for synthesis in result.shown], SOUNDS
         ),
         "Measured and synthesised SPL of every vehicle; dots are paired booming peaks (thesis, "
-        "figure 36).",
+        "figures 36 and 37).",
     )
     road = comparisons[comparisons["comparison"] == ON_ROAD]
     report.table(
@@ -402,6 +402,13 @@ def _spread(report: Report, result: Validation, spread: LevelSpread) -> None:
         f"apart in the median line{rest}, {spread.quantile(0.9):.1f} dB in nine of ten. A "
         "synthesis that is to tell vehicles apart must be well below that.",
         folded=True,
+    )
+    heard = result.shown[0].comparisons[ON_ROAD]
+    panel = CurvePanel("", heard.frequency, result.measured_levels)
+    report.figure(
+        "vehicles_of_one_group",
+        lambda: plot.curve_panels([panel], columns=1, order=heard.order, y_label=LEVEL),
+        "Measured level of every vehicle over the others (thesis, figure 10).",
     )
 
 

@@ -743,7 +743,7 @@ class Validation:
 
     @property
     def measured_levels(self) -> dict[str, RealArray]:
-        """Measured levels of the vehicles with the first mount set [dB(A)], by the vehicle's name."""
+        """Measured levels [dB(A)] of the vehicles with the first mount set, by the name."""
         first = self.syntheses[0].driven.mount_set
         return {
             synthesis.driven.vehicle.name: synthesis.comparisons[ON_ROAD].levels[0]

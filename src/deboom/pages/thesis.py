@@ -24,8 +24,8 @@ PREFACE = (
     "the form used, the function and the proof. The command draws the figure or table. The report "
     "has it under the heading in italics, the run folder under the file name given (figures as "
     "PNG). A star stands for the name of a mount, an axis or a vehicle. *Schematic* is a drawing "
-    "that shows no result; what it explains is named with it. `deboom thesis` runs all commands and "
-    "writes this page, also with the pictures."
+    "that shows no result; what it explains is named with it. `deboom thesis` runs all commands "
+    "and writes this page, also with the pictures."
 )
 MISPRINTS = (
     "What the thesis prints and cannot mean, beside its equations, whose misprints stand with "
@@ -106,14 +106,16 @@ def thesis_report(thesis: Thesis, runs: Mapping[str, RunEntry]) -> Report:
 
     - `runs`: finished runs by the names of their commands.
     """
-    report = Report(TITLE, _plain(PREFACE))
+    report, shown = Report(TITLE, _plain(PREFACE)), set()
     for chapter in thesis.chapters:
         report.section(chapter.title)
         for item in chapter.items:
             report.text(_plain(_paragraph(thesis, item)))
             for path in _pictures(item, runs):
-                caption = f"{_capital(item.name)}: {item.subject} ({path.stem})."
-                report.figure(None, path.read_bytes(), caption)
+                if path not in shown:  # one picture may show several figures
+                    caption = f"Thesis, {item.name}: {item.subject} ({path.stem})."
+                    report.figure(None, path.read_bytes(), caption)
+                shown.add(path)
         numbers = _numbers(chapter.items, runs)
         if len(numbers):
             report.table(None, numbers, "The thesis's numbers and those of the runs.")

@@ -7,8 +7,8 @@ per frequency line. There are two analyses: design (uniform within a range, by d
 analysis and shows the other one for comparison.
 
 On the virtual platform TSM x matters most in U06-1 to U06-4, then Du x. In U06-5, the vehicle with
-the battery, GeM x matters most, then TSM x. Du y and z have no path to the cabin, so their indices
-are exactly 0.
+the battery, GeM x matters most, then Du x and TSM x; with prescribed motion, which is the thesis's,
+TSM x is second. Du y and z have no path to the cabin, so their indices are exactly 0.
 """
 
 from __future__ import annotations

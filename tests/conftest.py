@@ -6,18 +6,25 @@ from copy import deepcopy
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 from filelock import FileLock
 from matplotlib.pyplot import close
 
 from browser_samples import Browser
+from deboom.bench.campaign import CampaignPlan
+from deboom.bench.campaign_writer import write_campaign
 from deboom.files import platform, reader_process
 from deboom.mounts import characterise
+from deboom.pages.thesis import read_thesis
 from deboom.report import Report
 from deboom.runs import runner, second_process
 from deboom.runs.runner import load_study, run_study
+from deboom.runs.thesis import typed
 from deboom.vehicles import booming_model
-from pinned_pages import pictures_described
+from pinned_pages import captions_alone, pictures_described, run_aloud
+from samples.campaign_runs import SEVEN_RUNS
+from samples.thesis_runs import BUDGETS, FURTHER, IN_WORDS
 
 pytest_plugins = ["processor_time", "pytester"]
 STUDIES = Path(__file__).parents[1] / "studies"
@@ -136,8 +143,35 @@ def front_run(made_once):
     budget |= {"with_": "prescribed"}
 
     def run(out):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(Report, "figure", lambda *_, **__: None)
+        with captions_alone():
             return run_study(load_study(STUDIES / "front.py"), out, budget)
 
     return made_once("front", run)
+
+
+@pytest.fixture(scope="session")
+def seven_runs(made_once):
+    """Folder of a campaign of seven runs on one bench, which nobody changes."""
+    plan = CampaignPlan(("M1",), SEVEN_RUNS, 2, frequency=np.arange(20.0, 80.5, 1.0))
+    return made_once("seven_runs", lambda out: write_campaign(out / "seven_runs", 1, plan))
+
+
+@pytest.fixture(scope="session")
+def thesis_run(made_once, request):
+    """Return what gives the finished run of one of the thesis's commands, made once for all."""
+
+    def finished(name):
+        if name == "front":  # of coupled motion, which has the same page
+            return request.getfixturevalue("front_run")
+        budget = BUDGETS.get(name, {})
+        if name == "mounts":
+            budget = {"campaign": request.getfixturevalue("seven_runs")}
+
+        def run(out):
+            study, options = typed({**read_thesis().runs, **FURTHER}[name])
+            with pictures_described() if name in IN_WORDS else captions_alone():
+                return run_aloud(study, out, {**options, **budget})
+
+        return made_once(f"thesis_{name}", run)
+
+    return finished

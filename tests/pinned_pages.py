@@ -97,6 +97,15 @@ def pictures_described():
         yield
 
 
+@contextmanager
+def captions_alone():
+    """Keep a dot in place of every picture: what a page says of it costs nothing."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report.Picture, "_drawn", (PICTURE, ""))
+        patch.setattr(Report, "figure", FIGURE)
+        yield
+
+
 def run_aloud(study, out, options):
     # every step that it tells is kept beside its folder
     with pytest.MonkeyPatch.context() as patch, redirect_stderr(StringIO()) as said:

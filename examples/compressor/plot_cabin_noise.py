@@ -3,7 +3,7 @@ What of a compressor is heard in an electric car
 ================================================
 
 Loads through mounts and hoses times the noise transfer functions of the car give the sound at
-the ear (thesis, section 4.5), beside what the microphone measured.
+the ear (thesis, section 4.5 and figure 65), beside what the microphone measured.
 """
 
 import tempfile

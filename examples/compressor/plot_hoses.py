@@ -2,8 +2,8 @@
 Hoses as beams
 ==============
 
-Refrigerant hoses pull at a compressor in operation. Struck with and without them, it tells their
-stiffness, mass and loss: a demonstrator for straight uniform hoses.
+Refrigerant hoses pull at a compressor in operation. Struck with and without them (thesis, figure
+60), it tells their stiffness, mass and loss: a demonstrator for straight uniform hoses.
 """
 
 import json

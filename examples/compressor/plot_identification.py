@@ -3,7 +3,8 @@ A compressor from hammer blows
 ==============================
 
 Mass, centre of gravity, inertia, stiffness and gain of a mounted refrigerant compressor from 18
-impacts (thesis, chapter 4), with standard deviations that hold sensors' errors as well.
+impacts (thesis, chapter 4 and figure 55), with standard deviations that hold sensors' errors as
+well.
 """
 
 import tempfile

@@ -3,7 +3,8 @@ The unbalance inside a running compressor
 =========================================
 
 Speed sweeps and the model of the hammer test give the unbalance that nobody can weigh (thesis,
-section 4.2): 20 g mm and 1200 g mm² in this virtual compressor, beside gas forces.
+section 4.2 and figures 61 and 62): 20 g mm and 1200 g mm² in this virtual compressor, beside gas
+forces.
 """
 
 import tempfile

@@ -2,9 +2,9 @@
 Blocked forces on a rig that gives way, and the air beside them
 ===============================================================
 
-Cells between a source and a test rig read its blocked force if the rig is rigid. One that gives
-way takes part of it back; the correction of the thesis, eq. 9 to 11, gives it again. In the car the
-pressure of the forces and that over the air add up (eq. 12).
+Cells between a source and a test rig read its blocked force if the rig is rigid. One that gives way
+takes part of it back; the correction of the thesis, eq. 9 to 11 and figure 9, gives it again. In
+the car the pressure of the forces and that over the air add up (eq. 12).
 """
 
 import matplotlib.pyplot as plt

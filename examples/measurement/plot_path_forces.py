@@ -2,9 +2,9 @@
 Forces at the paths, three ways
 ===============================
 
-A source on two mounts shakes a flexible receiver. Interface forces by inversion of the receiver's
-accelerances and by mount stiffness agree with the truth; blocked forces, found in situ, belong to
-the source and are others.
+A source on two mounts shakes a flexible receiver (thesis, figure 8). Interface forces by inversion
+of the receiver's accelerances and by mount stiffness agree with the truth; blocked forces, found in
+situ, belong to the source and are others.
 """
 
 import matplotlib.pyplot as plt

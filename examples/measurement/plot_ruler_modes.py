@@ -4,7 +4,7 @@ Modes of a measured ruler
 
 A hammer went along ten lines of a clamped ruler with one accelerometer (data of pydvma). Poles
 that several orders of the polynomial agree on are modes; their ratios are those of a clamped
-beam.
+beam. The thesis does the same with a car (figure 43).
 
 Data to download:
 :download:`npz <../../../tests/data/pydvma-ruler/ruler_ten_lines_0-600Hz.npz>`.

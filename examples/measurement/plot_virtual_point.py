@@ -2,9 +2,9 @@
 Virtual point of a published rig
 ================================
 
-Three triaxial accelerometers around a virtual point (geometry published with pyFBS): how well
-they determine its six motions, and what is left when one of them is turned round on the position
-sheet.
+Three triaxial accelerometers around a virtual point (geometry published with pyFBS; thesis,
+figure 15): how well they determine its six motions, and what is left when one of them is turned
+round on the position sheet.
 
 Data to download:
 :download:`sensors_AB.csv <../../../tests/data/pyfbs-published/sensors_AB.csv>`,

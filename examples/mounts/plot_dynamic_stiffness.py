@@ -3,7 +3,7 @@ Dynamic stiffness from a bench campaign
 =======================================
 
 From the raw channels of an engine test bench to the operating dynamic stiffness of the mounts
-(thesis, chapter 3). The bench is virtual, so the truth behind its files is known.
+(thesis, figures 23 to 25). The bench is virtual, so the truth behind its files is known.
 """
 
 import tempfile

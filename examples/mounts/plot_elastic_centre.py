@@ -4,7 +4,7 @@ Elastic centre of a powertrain, over frequency
 
 At the elastic centre a force turns the body as little as possible. That of the mounts alone is
 one point; that of the mounted powertrain moves with frequency to its centre of gravity (the
-thesis, section 2.3.2, speaks of one point).
+thesis, section 2.3.2 with figures 5 and 6, speaks of one point).
 """
 
 import matplotlib.pyplot as plt

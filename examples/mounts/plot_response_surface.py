@@ -2,8 +2,9 @@
 Response surface of a rubber mount
 ==================================
 
-A cubic in preload, amplitude and frequency for the dynamic stiffness (thesis, eq. 32), and a
-Gaussian process of scikit-learn in its place. Both are judged by runs that they did not see.
+A cubic in preload, amplitude and frequency for the dynamic stiffness (thesis, eq. 32 and figures 26
+and 39), and a Gaussian process of scikit-learn in its place. Both are judged by runs that they did
+not see.
 """
 
 import tempfile

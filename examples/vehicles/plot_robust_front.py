@@ -3,7 +3,8 @@ A robust front by pymoo
 =======================
 
 The shipped platform, the five U06 vehicles: the sum of their levels against its scatter by
-manufacture. `deboom.RobustProblem` is a problem of pymoo, so any of its algorithms will do.
+manufacture (thesis, figure 47). `deboom.RobustProblem` is a problem of pymoo, so any of its
+algorithms will do.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 Sound pressure at the ear, path by path
 =======================================
 
-Noise transfer functions times mount forces give the pressure (thesis, eq. 13), each path with
-its phase. Paths are ranked by their share of the energy, which adds up to one.
+Noise transfer functions times mount forces give the pressure (thesis, eq. 13, figures 4 and 42),
+each path with its phase. Paths are ranked by their share of the energy, which adds up to one.
 """
 
 import matplotlib.pyplot as plt

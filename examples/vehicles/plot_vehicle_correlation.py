@@ -3,7 +3,8 @@ Which vehicles go together
 ==========================
 
 Vehicles whose levels rise and fall with the same designs can share one set of mounts. A design of
-experiments over the mounts, and the correlation of all pairs of vehicles with intervals.
+experiments over the mounts, and the correlation of all pairs of vehicles with intervals (thesis,
+figure 45).
 """
 
 import deboom

@@ -14,7 +14,17 @@ from typer.core import TyperCommand, TyperGroup
 import deboom
 from deboom.cli_bench import bench_app, example
 from deboom.cli_measurements import characterise, library_app, orders
-from deboom.cli_results import check, evaluate, list_, listen, new, report, serve, show
+from deboom.cli_results import (
+    check,
+    evaluate,
+    list_,
+    listen,
+    new,
+    report,
+    serve,
+    show,
+    thesis,
+)
 from deboom.files.shipped_studies import shipped_studies
 
 
@@ -42,7 +52,7 @@ class StudyCommand(TyperCommand):
 
 COMMANDS = {
     "Start": ("example", "new", "check", "look"),
-    "Studies": ("studies", "run", "evaluate"),
+    "Studies": ("studies", "run", "evaluate", "thesis"),
     "Measurements": ("characterise", "orders", "identify", "unbalance"),
     "Results": ("list", "show", "serve", "report", "compare", "listen", "driven"),
     "Mounts": ("library", "accept"),
@@ -102,6 +112,7 @@ app.command()(new)
 app.command()(check)
 add_study("look")
 app.command()(evaluate)
+app.command()(thesis)
 app.command()(characterise)
 app.command()(orders)
 app.command("list")(list_)

@@ -359,3 +359,18 @@ def check(
         typer.echo(f"deboom: {len(faults)} {what} in {folder}{more}", err=True)
         raise typer.Exit(2)
     typer.echo(summary)
+
+
+def thesis(
+    out: Annotated[Path, typer.Option(help="Folder of all results.")] = Path("results"),
+) -> None:
+    """Run what the thesis of deboom's method ran, and write its figures and numbers side by side.
+
+    The page follows the chapters of the thesis: each figure and table with its command, its
+    picture, and the numbers of the runs beside those that the thesis prints. Everything runs on the
+    virtual test bench and takes about a quarter of an hour. Finished runs of the same code are not
+    run again, so an interrupted call goes on. The last line of the output is the page.
+    """
+    from deboom.runs.thesis import rerun_thesis
+
+    typer.echo(rerun_thesis(out).as_posix())

@@ -7,8 +7,8 @@ import pytest
 
 from pinned_pages import pictures_described, run_aloud
 
-WHOLE_PICTURES = ("study_resume",)
-"""Modules that hold all files of two runs together."""
+WHOLE_PICTURES = ("study_resume", "thesis_page")
+"""Modules that look at all files of runs."""
 
 PICTURES_IN_WORDS = (
     "accept",

@@ -163,13 +163,9 @@ def test_a_folder_that_is_no_car_is_refused(tmp_path):
         run_study(STUDY, tmp_path, {**TINY, "cars": [tmp_path]})
 
 
-NOISE = load_study("compressor_noise")
-
-
 @pytest.fixture(scope="module")
-def heard(tmp_path_factory):
-    with pictures_described():
-        return run_aloud(NOISE, tmp_path_factory.mktemp("results"), {"draws": 20})
+def heard(thesis_run):
+    return thesis_run("cabin")
 
 
 @pytest.mark.slow("measures a car, identifies its compressor and synthesises its noise")

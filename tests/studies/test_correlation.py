@@ -11,7 +11,7 @@ from deboom.explore.space import stiffness_factor_space
 from deboom.pages.correlation import DoeRequest, Plan
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.platform import MountSource
-from pinned_pages import hold, pictures_described
+from pinned_pages import hold
 
 WORDS = "a b c d abc abd acd bcd ab ac ad bc"
 BUDGET = {"seed": 1, "designs": 64, "draws": 4, "resamples": 100, "mounts": MountSource.spectra}
@@ -27,14 +27,12 @@ def summary_of(folder):
 
 
 @pytest.fixture(scope="module")
-def vehicles(tmp_path_factory):
-    return run(tmp_path_factory.mktemp("results"), **GROUP)
+def vehicles(thesis_run):
+    return thesis_run("vehicles")
 
 
-def test_groups_go_together_and_all_vehicles_are_compared(tmp_path):
-    with pictures_described():
-        folder = run(tmp_path)
-    hold(folder, "correlation")
+def test_groups_go_together_and_all_vehicles_are_compared(thesis_run):
+    hold(thesis_run("groups"), "correlation")
 
 
 def test_the_battery_sets_one_vehicle_apart(vehicles):

@@ -27,15 +27,8 @@ LINES = np.arange(20.0, 80.5, 1.0)
 
 
 @pytest.fixture(scope="module")
-def campaign(tmp_path_factory):
-    """Seven runs of one bench."""
-    folder = tmp_path_factory.mktemp("measured") / "seven_runs"
-    return write_campaign(folder, 1, CampaignPlan(("M1",), SEVEN_RUNS, 2, frequency=LINES))
-
-
-@pytest.fixture(scope="module")
-def budget(campaign):
-    return {"campaign": campaign}
+def finished(thesis_run):
+    return thesis_run("mounts")
 
 
 def test_mounts_are_found_within_a_few_percent_of_the_truth(finished):
@@ -54,10 +47,10 @@ def test_most_of_the_truth_lies_within_its_stated_band(finished):
 
 
 @pytest.fixture(scope="module")
-def blind(campaign, tmp_path_factory):
+def blind(seven_runs, tmp_path_factory):
     """Characterise the same campaign in a folder without truth."""
     folder = tmp_path_factory.mktemp("blind") / "seven_runs"
-    shutil.copytree(campaign, folder, ignore=shutil.ignore_patterns("truth"))
+    shutil.copytree(seven_runs, folder, ignore=shutil.ignore_patterns("truth"))
     return characterise_given(folder, "M1", CharacteriseOptions(), lambda *_: None)
 
 
@@ -142,9 +135,9 @@ def test_numbers_keep_six_digits():
         ({"mount_set": "M7"}, "no mount set 'M7'"),
     ],
 )
-def test_bad_requests_are_refused_in_words(campaign, tmp_path, changes, message):
+def test_bad_requests_are_refused_in_words(seven_runs, tmp_path, changes, message):
     with pytest.raises(InputError, match=message):
-        run_study(STUDY, tmp_path, {"campaign": campaign, **changes})
+        run_study(STUDY, tmp_path, {"campaign": seven_runs, **changes})
 
 
 def test_without_errors_nothing_but_the_model_form_is_left(tmp_path):

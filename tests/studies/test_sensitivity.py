@@ -11,7 +11,7 @@ from deboom.files.platform import read_platform
 from deboom.pages import sensitivity as analysis
 from deboom.pages.sensitivity import Analysis, sensitivity_report
 from deboom.runs.runner import load_study, run_study
-from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
+from deboom.vehicles.booming_model import BoomingModel, booming_model
 from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.platform import MountSource
 from pinned_pages import hold
@@ -27,8 +27,8 @@ def run(out, **changes):
 
 
 @pytest.fixture(scope="module")
-def budget():
-    return {**BUDGET, "mounts": MountSource.library, "motion": Motion.prescribed}
+def finished(thesis_run):
+    return thesis_run("ranking")
 
 
 def test_the_ranking_is_that_of_the_thesis(finished, summary):
@@ -45,16 +45,8 @@ def test_the_ranking_is_that_of_the_thesis(finished, summary):
     assert summary["n_runs"] == 64 * (4 * 14 + 6)
 
 
-def test_other_questions_change_places_with_what_stands_beside(tmp_path, monkeypatch):
-    folder = run(
-        tmp_path,
-        n=8,
-        analysis=Analysis.tolerance,
-        load_case=["g5_wot220=1", "g6_wot220=1"],
-        group=["F39"],
-        motion=Motion.coupled,
-        pairs=True,
-    )
+def test_other_questions_change_places_with_what_stands_beside(thesis_run):
+    folder = thesis_run("sensitivity")
     table = pd.read_csv(folder / "sobol_beside.csv")
     assert [name for name in table.columns if name.startswith("total")] == [
         "total, tolerance ±15 % (3 σ) [1]",

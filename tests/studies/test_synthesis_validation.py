@@ -16,10 +16,12 @@ from deboom.bench.layout import LOAD_CASES
 from deboom.bench.operating_run import CarErrors
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
-from deboom.pages.synthesis_validation import criterion
+from deboom.pages.synthesis_validation import criterion, synthesis_report
+from deboom.pages.thesis import read_thesis
 from deboom.runs.campaigns import virtual_vehicles
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles import synthesis
+from samples.thesis_runs import wrong_in_run
 
 STUDY = load_study("synthesis_validation")
 MIX = "EnM1-GeM2-TSM1-Du2"
@@ -178,8 +180,20 @@ def test_every_figure_shows_its_curves(validation):
     """What goes into the drawing; the drawing itself has tests of its own."""
     drawn = validation[2]
     ways = [way.value for way in synthesis.DesignMotion]
-    assert list(drawn[2][0]) == ["measured forces of the design", *ways]
-    assert {"sum of all paths", "TSM x", "Du x", "all z"} <= set(drawn[4][0])
+    assert list(drawn[3][0]) == ["measured forces of the design", *ways]
+    assert {"sum of all paths", "TSM x", "Du x", "all z"} <= set(drawn[5][0])
+
+
+def test_two_vehicles_show_what_the_page_of_the_thesis_says(validation, monkeypatch, tmp_path):
+    data = validation[0]
+    result = synthesis.validate(data, synthesis.Listening("driver ear", (20.0, 55.0)))
+    (level,) = result.measured_levels.values()
+    both = {"U06-2": level, "U06-3": level + 12.0}
+    monkeypatch.setattr(synthesis.Validation, "measured_levels", both)
+    two = synthesis_report(data, result)
+    assert two.summary["level_spread_db"] == pytest.approx(12.0)
+    two.write(tmp_path)
+    assert list(wrong_in_run(read_thesis(), "sound", tmp_path, two.numbers)) == []
 
 
 def test_without_truth_accelerances_and_mix_what_is_unknown_is_left_out(

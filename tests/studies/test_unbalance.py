@@ -13,10 +13,8 @@ from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.files.operating_test import OPERATING_TEST_FILE, OperatingTestFile
 from deboom.files.schema import dump_toml, load_toml
-from deboom.runs.runner import load_study
-from pinned_pages import hold, run_aloud
+from pinned_pages import hold
 
-STUDY, BUDGET = load_study("unbalance"), {}
 LIMITS = """
 format = 1
 [static_unbalance]
@@ -29,6 +27,11 @@ from_hz = 20.0
 to_hz = 160.0
 at_most_n_per_mm = 300.0
 """
+
+
+@pytest.fixture(scope="module")
+def finished(thesis_run):
+    return thesis_run("unbalance")
 
 
 @pytest.fixture(scope="module")
@@ -74,12 +77,9 @@ def test_a_part_is_judged(part, tmp_path):
     assert any("limits.toml" in name for name in record["inputs_sha256"])
 
 
-IDENTIFICATION = load_study("identify")
-
-
 @pytest.fixture(scope="module")
-def identified(tmp_path_factory):
-    return run_aloud(IDENTIFICATION, tmp_path_factory.mktemp("results"), {})
+def identified(thesis_run):
+    return thesis_run("compressor")
 
 
 def test_a_compressor_is_identified(identified):

@@ -145,6 +145,21 @@ def test_long_page_has_a_table_of_contents_whose_links_lead_somewhere():
 EVIL = "</style><script>alert(1)</script>\"'><img src=x onerror=alert(1)> & [dB]"
 
 
+def test_figures_and_tables_that_are_files_can_be_linked_to():
+    part = Report("part")
+    part.section("of a part")
+    part.table("levels", pd.DataFrame({"name": ["a"]}), "Levels of the part.")
+    part.table("lines", pd.DataFrame({"name": ["a"]}))
+    report = Report("whole")
+    report.section("first")
+    report.figure("static x", PNG, "Over the force.")
+    report.figure(None, PNG, "No file.")
+    report.table("levels", pd.DataFrame({"name": ["a"]}), "Levels.")
+    report.include(part, "Part", names={"levels": "part_levels"})
+    anchors = re.findall(r' id="((?:figure|table)-[^"]*)"', report.html())
+    assert anchors == ["figure-static-x", "table-levels", "table-part_levels"]
+
+
 def test_a_folded_section_can_be_opened_and_keeps_its_heading():
     report = Report("Fold", "?")
     report.section("Answer", "Build this.")

@@ -40,8 +40,8 @@ class HyperbolicGain:
     the rise from 0 Hz to the limit [1]. InputError: a number that is not finite, or a slope or an
     offset that is not positive.
 
-    ``v(f) = limit − 1/(slope·f + offset)`` with f in hertz: thesis, eq. 56 and 57. Valid from 10 to
-    150 Hz.
+    ``v(f) = limit − 1/(slope·f + offset)`` with f in hertz: thesis, eq. 56 and 57, figure 54. Valid
+    from 10 to 150 Hz.
     """
 
     limit: float

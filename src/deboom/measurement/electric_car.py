@@ -224,6 +224,8 @@ def wrench_noise_transfer(
 ) -> WrenchNoiseTransfer:
     """Refer the hammer's noise transfer functions to six loads at points, by default all.
 
+    Thesis, section 4.5.2 and figure 64.
+
     Raises InputError: no point at all, or no such one; impacts that do not determine all six loads.
 
     ``Y_VP = Y (U⁺)ᵀ`` by least squares (van der Seijs et al., 2017). Errors to first order: the

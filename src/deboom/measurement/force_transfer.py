@@ -23,6 +23,8 @@ from deboom.measurement.sensors import Sensor
 class ForceTransferMatrix:
     """Force on the cells per force at the virtual point, and how constant it is.
 
+    Measured with a shaker at that point: thesis, section 3.3 and figure 17.
+
     - `frequency` (n_frequency,): lines [Hz].
     - `response` (n_frequency, 3, 3): mean over the repeats, line by line [1].
     - `matrix` (3, 3): mean of `response` over the lines, complex [1].

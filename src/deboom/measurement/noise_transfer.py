@@ -50,7 +50,7 @@ def reciprocal_noise_transfer(measured: Frf) -> Frf:
 
 
 def noise_transfer_at_points(measured: Frf, points: Mapping[str, ChannelGeometry]) -> Frf:
-    """Refer noise transfer functions around the mounts to their virtual points.
+    """Refer noise transfer functions around the mounts to their virtual points (thesis, figure 7).
 
     Outputs are ears, inputs of the result ``<point> x``, ``y``, ``z`` [Pa/N] and ``<point> mx``,
     ``my``, ``mz`` [Pa/(N m)]. Raises InputError: no point, another unit, a channel that was not

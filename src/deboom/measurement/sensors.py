@@ -29,6 +29,8 @@ class SensorKind(Enum):
 class Sensor:
     """One triaxial sensor; its channels are ``<name> x``, ``<name> y`` and ``<name> z``.
 
+    Those of the thesis have data sheets in tables 4 and 5.
+
     - `position` (3,): in the axes and from the origin of the position sheet, in a vehicle the
       powertrain's centre of gravity [m].
     - `orientation` (3, 3): right-handed rotation, its columns the sensor's axes; else InputError.

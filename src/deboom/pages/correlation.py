@@ -424,8 +424,8 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
     report.figure(
         "group_matrix",
         lambda: plot.heat_maps([matrix], columns=2),
-        "Pearson's correlation of the groups over the designs, with its 95 % interval. Least of "
-        f"the others: {', '.join(kinds)}; group_pairs.csv has all.",
+        "Pearson's correlation of the groups over the designs (thesis, figure 44), with its 95 % "
+        f"interval. Least of the others: {', '.join(kinds)}; group_pairs.csv has all.",
     )
     _append_clouds(report, study, study.group_levels, by_group, "groups")
     report.table("group_matrix", _matrix_table(by_group.designs))
@@ -617,7 +617,7 @@ def _append_clouds(
     report.figure(
         f"{stem}_designs",
         lambda: plot.scatter_matrix(levels.names, levels.designs, r, colours, value_label=label),
-        "Designs: each dot is one design.",
+        f"Designs: each dot is one design (thesis, figure {44 if stem == 'groups' else 45}).",
     )
     level, spread = "mean level [dB(A)]", "σ [dB]"
     sigma = levels.scatter.std(axis=1, ddof=1)

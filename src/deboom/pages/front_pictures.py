@@ -50,7 +50,7 @@ def heard_by_the_driver(report: Report, view: PlatformFront) -> None:
         best,
         view.colours,
         "Sound pressure level at the driver's ear, one panel per vehicle: "
-        "frequency below, engine speed above.",
+        "frequency below, engine speed above (thesis, figure 47).",
     )
     report.table("vehicles", view.fleet.vehicle_table(Pick.best_mean))
 

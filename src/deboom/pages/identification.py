@@ -467,10 +467,10 @@ def _condition(report: Report, identification: Identification) -> None:
 def _entries(report: Report, identification: Identification, both: Measures) -> None:
     """Draw entries of inertance and apparent mass (thesis, figures 57 to 59)."""
     lines = identification.inertance.frequency
-    for stem, entries, what in (
-        ("figure_57_rotations", ((3, 3), (4, 4), (5, 5)), "Rotations Ri–Ri (thesis, figure 57)"),
-        ("figure_58_translations", ((0, 0), (1, 1), (2, 2)), "Translations Ti–Ti (figure 58)"),
-        ("figure_59_couplings", ((0, 1), (0, 2), (1, 2)), "Couplings Ti–Tj (figure 59)"),
+    for stem, entries, what, number in (
+        ("figure_57_rotations", ((3, 3), (4, 4), (5, 5)), "Rotations Ri–Ri", 57),
+        ("figure_58_translations", ((0, 0), (1, 1), (2, 2)), "Translations Ti–Ti", 58),
+        ("figure_59_couplings", ((0, 1), (0, 2), (1, 2)), "Couplings Ti–Tj", 59),
     ):
         panels = _entry_panels(lines, both, entries)
         report.figure(
@@ -483,7 +483,8 @@ def _entries(report: Report, identification: Identification, both: Measures) -> 
                 fitted=identification.options.bands,
                 log_frequency=True,
             ),
-            f"{what}: inertance and apparent mass, real and imaginary part.",
+            f"{what} (thesis, figure {number}): inertance and apparent mass, real and imaginary "
+            "part.",
         )
 
 
@@ -590,7 +591,7 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
         report.table(
             "identifiability",
             identifiability,
-            "The thesis's numbers (its table 11).",
+            "The thesis's numbers: start and result (thesis, tables 10 and 11).",
             shown=in_words(identifiability)[columns],
         )
 

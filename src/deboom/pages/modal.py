@@ -32,7 +32,7 @@ def append_modes(report: Report, modes: BodyModes, truth: RealArray | None, vehi
         "the modes outside of the band.",
         folded=True,
     )
-    caption = "Stabilisation chart: poles over the order of the polynomial."
+    caption = "Stabilisation chart (thesis, figure 43): poles over the order of the polynomial."
     report.figure("stabilisation", lambda: _stabilisation(modes), caption)
     report.figure(
         "mode_shapes",

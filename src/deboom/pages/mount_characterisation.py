@@ -400,8 +400,8 @@ def _static(report: Report, bench: CharacterisedBench, maps: Mapping[str, Operat
                     columns=len(panels) // 2,
                 ),
                 f"Axis {axis}. Real parts above, imaginary parts below, over the quasi-static "
-                "force of the cells. The scatter of both is the projection of amplitude and "
-                "frequency.",
+                "force of the cells (thesis, figures 33 to 35). The scatter of both is the "
+                "projection of amplitude and frequency.",
             )
 
 

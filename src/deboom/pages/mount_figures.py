@@ -41,6 +41,14 @@ DIGITS = 6
 DOTS = 60
 """Of a measured curve, so that the surface's line shows between them."""
 AXES = "xyz"
+THESIS_FIGURES = {
+    "EnM": (" (thesis, figure 23)", " (figure 27)", " (figure 30)"),
+    "GeM": (" (thesis, figure 24)", " (figure 28)", " (figure 31)"),
+    "TSM": (" (thesis, figures 19, 21 and 25)", " (figure 29)", " (figure 32)"),
+}
+"""Of a mount's maps, its stiffness over speed and its force over speed."""
+NO_FIGURES = ("", "", "")
+"""Of a mount that the thesis does not show."""
 
 
 def significant(values: RealArray) -> RealArray:
@@ -162,12 +170,13 @@ def append_maps(report: Report, bench: CharacterisedBench) -> None:
     for name in bench.surfaces:
         by_mount.setdefault(name.rpartition(" ")[0], []).append(name)
     for mount, names in by_mount.items():
+        figures = THESIS_FIGURES.get(mount, NO_FIGURES)
         directions = [usable[name] for name in names]
         report.figure(
             f"stiffness_map_{mount}",
             partial(_mount_map, bench, directions),
             f"{mount}: magnitude, phase, real and imaginary part of K over preload and "
-            f"displacement.{_thinned(directions)}",
+            f"displacement{figures[0]}.{_thinned(directions)}",
         )
     main = max(bench.surfaces, key=lambda name: float(np.median(np.abs(usable[name].force))))
     report.figure(
@@ -195,7 +204,7 @@ def append_maps(report: Report, bench: CharacterisedBench) -> None:
             "splits",
             partial(_splits, bench, shown),
             "Re K over the static force of all directions, coloured by displacement; dashed: where "
-            f"the two pieces of the surface meet.{_thinned(shown)}",
+            f"the two pieces of the surface meet (thesis, figure 26).{_thinned(shown)}",
         )
 
 
@@ -212,12 +221,16 @@ def append_runs(report: Report, bench: CharacterisedBench, numbers: pd.DataFrame
     report.table("check_runs", table)
     report.text(_why_r2(bench, numbers))
     for mount in dict.fromkeys(name.rpartition(" ")[0] for name in bench.surfaces):
-        for letter, unit, word in (("K", "N/mm", "stiffness"), ("F", "N", "force")):
+        figures = THESIS_FIGURES.get(mount, NO_FIGURES)
+        for letter, unit, word, figure in (
+            ("K", "N/mm", "stiffness", figures[1]),
+            ("F", "N", "force", figures[2]),
+        ):
             report.figure(
                 f"{word}_over_speed_{mount}",
                 partial(_over_speed, bench, table, numbers, mount, letter, unit),
                 f"{mount}: {word} over speed, real part left, imaginary part right; R² of the "
-                "surface against all its lines above each panel, and the thesis's.",
+                f"surface against all its lines above each panel, and the thesis's{figure}.",
             )
 
 

@@ -525,7 +525,7 @@ def sensitivity_report(study: Sensitivity) -> Report:
         study,
         "sobol",
         study.indices,
-        f"Sensitivity indices of every vehicle, {study.label}.",
+        f"Sensitivity indices of every vehicle, {study.label} (thesis, figure 48).",
     )
     _mattering(
         report,

@@ -184,6 +184,27 @@ def _headlines(report: Report, result: Validation, comparisons: pd.DataFrame) ->
             "largest deviation of a booming peak of the virtual design, all three ways",
             headline=".2f",
         )
+    off = np.concatenate([np.abs(values) for values in _errors(result).values()])
+    report.number(
+        "line_error_90_percent_db",
+        float(np.quantile(off, 0.9)),
+        "dB",
+        "90 % of the lines of the vehicles shown: level synthesised minus measured, at most",
+    )
+    hammer = comparisons[comparisons["comparison"] == BY_HAMMER]
+    report.number(
+        "hammer_peak_db",
+        float(hammer[PEAK].median()),
+        "dB",
+        "deviation of a booming peak by the hammer's functions from the loudspeaker's, median",
+    )
+    if result.spread is not None:
+        report.number(
+            "level_spread_db",
+            result.spread.quantile(0.5),
+            "dB",
+            "spread of the measured levels of the vehicles, median of the lines",
+        )
     modes, truth = result.modes, result.true_shapes
     if modes is None:
         return
@@ -251,6 +272,18 @@ def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None
         "Measured and synthesised SPL of every vehicle; dots are paired booming peaks (thesis, "
         "figure 36).",
     )
+    heard = result.shown[0].comparisons[ON_ROAD]
+    report.figure(
+        "synthesis_error",
+        lambda: plot.curve_panels(
+            [CurvePanel("", heard.frequency, _errors(result))],
+            columns=1,
+            order=heard.order,
+            y_label="synthesised minus measured [dB]",
+        ),
+        "Error of the synthesis over frequency (thesis, figure 37). It is largest in notches, "
+        "where nobody hears it, and beside peaks that lie at another frequency.",
+    )
     road = comparisons[comparisons["comparison"] == ON_ROAD]
     report.table(
         "comparisons",
@@ -265,6 +298,15 @@ def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None
     )
     caption = "Booming peaks of one curve alone: they have no deviation."
     report.table("peaks", peaks, "" if alone.empty else caption, shown=shown)
+
+
+def _errors(result: Validation) -> dict[str, RealArray]:
+    """Return synthesised minus measured level [dB] of every vehicle that is shown, by its name."""
+    errors = {}
+    for synthesis in result.shown:
+        measured, synthesised = synthesis.comparisons[ON_ROAD].levels
+        errors[synthesis.driven.vehicle.name] = synthesised - measured
+    return errors
 
 
 def _car(report: Report, result: Validation) -> None:
@@ -402,6 +444,13 @@ def _spread(report: Report, result: Validation, spread: LevelSpread) -> None:
         f"apart in the median line{rest}, {spread.quantile(0.9):.1f} dB in nine of ten. A "
         "synthesis that is to tell vehicles apart must be well below that.",
         folded=True,
+    )
+    heard = result.shown[0].comparisons[ON_ROAD]
+    panel = CurvePanel("", heard.frequency, result.measured_levels)
+    report.figure(
+        "vehicles_of_one_group",
+        lambda: plot.curve_panels([panel], columns=1, order=heard.order, y_label=LEVEL),
+        "Measured level of every vehicle over the others (thesis, figure 10).",
     )
 
 

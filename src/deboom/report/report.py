@@ -147,6 +147,8 @@ class Report:
         What the study settled beside its options, for ``run.json`` and the foot of the page.
     inputs : list of Path
         Files that were read.
+    shown_tables : dict of Table to str
+        Tables of the page that are files, with the stem of the file.
     pictures : dict of str to Picture
         Figures that are kept, by the stem of their file. They are drawn by `figures`, `html` and
         `write`, not before, so that `results` can be saved first.
@@ -172,6 +174,7 @@ class Report:
         self.terms: list[str] = []
         self.sections: list[Section] = []
         self.tables: dict[str, pd.DataFrame] = {}
+        self.shown_tables: dict[Table, str] = {}
         self.pictures: dict[str, Picture] = {}
         self.documents: dict[str, Mapping[str, Any]] = {}
         self.attachments: dict[str, bytes] = {}
@@ -421,6 +424,8 @@ class Report:
             table = Table(frame if shown is None else shown, caption, decimals or {})
             text_columns(table.frame, table.decimals)
             self._show(table)
+            if stem is not None:
+                self.shown_tables[table] = stem
 
     def document(self, stem: str, content: Mapping[str, Any]) -> None:
         """Keep a mapping as ``<stem>.json``."""
@@ -473,6 +478,7 @@ class Report:
             if wanted := new.get(key, key):
                 self._free(wanted, self.numbers)
                 self.numbers[wanted] = replace(number, key=wanted, headline="")
+        self.shown_tables |= {t: new.get(stem, stem) for t, stem in part.shown_tables.items()}
         self.facts = {**part.facts, **self.facts}
         self.inputs = list(dict.fromkeys((*self.inputs, *part.inputs)))
 
@@ -523,6 +529,7 @@ class Report:
             {
                 "paragraphs": _paragraphs,
                 "groups": _groups,
+                "anchor": self._anchors().get,
                 "columns": lambda table: text_columns(table.frame, table.decimals),
             },
             page=self,
@@ -534,6 +541,14 @@ class Report:
             inputs=given.get("inputs") or {},
             facts=_facts(given),
         )
+
+    def _anchors(self) -> dict[Picture | Table, str]:
+        """Return the anchor on the page of every figure and table that is a file."""
+        stems: dict[Picture | Table, str] = {
+            picture: f"figure-{stem}" for stem, picture in self.pictures.items()
+        }
+        stems |= {table: f"table-{stem}" for table, stem in self.shown_tables.items() if stem}
+        return {block: stem.replace(" ", "-") for block, stem in stems.items()}
 
     def _show(self, block: str | Picture | Table) -> None:
         """Add a block to the last section."""

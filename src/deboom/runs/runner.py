@@ -53,6 +53,7 @@ from deboom.files.run_folder import (
     finish_run,
     hash_files,
     held,
+    readable_runs,
     start_run,
 )
 from deboom.files.shipped_studies import FORMER_STUDIES, MOVED, moved_imports, shipped_studies
@@ -327,6 +328,32 @@ def run_study(study: Study, out: Path, arguments: Mapping[str, Any]) -> Path:
         if study.positional or isinstance(error, InputError | KeyboardInterrupt):
             _discard_empty(run)
         raise
+
+
+def run_once(study: Study, arguments: Mapping[str, Any], out: Path) -> Path:
+    """Return a finished run of a study with these options: one that is there, or a new one.
+
+    - `arguments`, `out`: as for `run_study`. A run in `out` of the same options, code and versions
+      is taken as it is; one that was interrupted goes on. Files that the user names may have
+      changed since: this is for studies of shipped and virtual data.
+    - raises InputError: as `run_study` and `resume_study`.
+    """
+    record = _record(study, study.effective(arguments))
+    runs = readable_runs(out)[0] if out.is_dir() else ()
+    alike = [
+        entry
+        for entry in runs
+        if entry.study == study.name
+        and entry.record["arguments"] == record["arguments"]
+        and not _changes_of_code(entry, record)
+    ]
+    for entry in reversed(alike):
+        if entry.finished:
+            return entry.folder
+    for entry in alike:
+        if entry.state == "unfinished" and not study.positional:
+            return resume_study(study, out, entry.name, {})
+    return run_study(study, out, arguments)
 
 
 def resume_study(

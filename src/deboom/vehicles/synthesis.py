@@ -726,13 +726,13 @@ class Validation:
     @cached_property
     def spread(self) -> LevelSpread | None:
         """Of the measured levels of vehicles with the first mount set; None for a single one."""
-        levels = list(self._levels.values())
+        levels = list(self.measured_levels.values())
         return level_spread(levels) if len(levels) > 1 else None
 
     @cached_property
     def spread_without(self) -> tuple[str, LevelSpread] | None:
         """The vehicle without which the median line spreads least; None for fewer than three."""
-        levels = self._levels
+        levels = self.measured_levels
         if len(levels) < 3:
             return None
         others = {
@@ -742,8 +742,8 @@ class Validation:
         return min(others.items(), key=lambda item: item[1].quantile(0.5))
 
     @property
-    def _levels(self) -> dict[str, RealArray]:
-        """Measured levels of the vehicles with the first mount set."""
+    def measured_levels(self) -> dict[str, RealArray]:
+        """Measured levels [dB(A)] of the vehicles with the first mount set, by the name."""
         first = self.syntheses[0].driven.mount_set
         return {
             synthesis.driven.vehicle.name: synthesis.comparisons[ON_ROAD].levels[0]

@@ -8,6 +8,7 @@ import pytest
 import deboom
 from deboom.bench.operating_run import PlannedRun
 from deboom.bench.platform_writer import write_platform
+from deboom.files.check import check_platform
 from deboom.files.platform import read_platform
 from deboom.files.uncertain_index import uncertain_index
 from deboom.pages.platform_front import PlatformFront
@@ -37,6 +38,18 @@ def test_vehicles_of_a_front_are_ears_and_objectives_sum_them_alone(view):
     change = np.diff(model(np.stack([np.ones(12), view.best])), axis=0)[0] / model.n_lines
     np.testing.assert_allclose(view.fleet.splv_change(view.best), change[:2], rtol=1e-12)
     assert float(view.fleet.mean(change[:2])) == pytest.approx(change[:2].mean(), rel=1e-12)
+
+
+def test_a_check_names_receivers_and_takes_the_level_of_ears(view):
+    lines = check_platform(view.platform.folder).summary.splitlines()
+    said = [line.split(maxsplit=1)[1] for line in lines if line.startswith("receivers")]
+    assert said == [
+        "rear ear, sound [dB(A)], in U06-1",
+        "seat rail z, acceleration [dB(Wk) re 1 µm/s²], in U06-1",
+        "wheel y, acceleration [dB(Wh) re 1 µm/s²], in U06-1",
+    ]
+    (level,) = [line for line in lines if line.startswith("level")]
+    assert float(level.split()[3]) < 80.0
 
 
 def test_what_vibrates_more_stands_first(view):

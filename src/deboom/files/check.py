@@ -32,9 +32,10 @@ from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import not_rigid
 from deboom.physics.sound_level import spl
 from deboom.vehicles.expected_change import Information, known_of_body
-from deboom.vehicles.fleet import path_contributions
+from deboom.vehicles.fleet import Fleet, path_contributions
 from deboom.vehicles.platform import BAND, LIBRARY_FILE, PLATFORM_FILE, MountSource, Platform
 from deboom.vehicles.plausibility import of_moving_body, rigid_share
+from deboom.vehicles.receivers import Receiver
 
 
 class Stage(Enum):
@@ -259,6 +260,8 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
     for group in groups:
         names = [entry.name for entry in platform.fleet.vehicles if entry.group == group]
         yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"
+    for words in receivers_in_words(platform.fleet):
+        yield "receivers", words
     if words := rubber_in_words(platform):
         yield "rubber", f"stiffness in the car over that in the test: {words}"
     if words := brackets_in_words(platform):
@@ -354,6 +357,17 @@ def brackets_in_words(platform: Platform) -> str:
     return f"{', '.join(words)}; factors are of the rubber, cars have it in series with them"
 
 
+def receivers_in_words(fleet: Fleet) -> Iterator[str]:
+    """Give the receivers beside the ears, each with its vehicles and the unit of its level."""
+    vehicles: dict[Receiver, list[str]] = {}
+    for vehicle in fleet.vehicles:
+        for receiver in vehicle.receivers:
+            vehicles.setdefault(receiver, []).append(vehicle.name)
+    for receiver, names in vehicles.items():
+        kind = "sound" if receiver.is_sound else receiver.quantity
+        yield f"{receiver.name}, {kind} [{receiver.level_unit}], in {', '.join(names)}"
+
+
 def rubber_in_words(platform: Platform) -> str:
     """Say how stiff rubber is expected to be in the car, over its test; empty where unstated."""
     return ", ".join(
@@ -413,7 +427,8 @@ def _sizes(platform: Platform) -> dict[str, RealArray]:
     for case in cases:
         paths = path_contributions(platform.fleet, platform.mounts, case, platform.band)
         pressure = paths.pressure(np.ones((1, len(paths.variable_names))))[0]
-        levels.append(spl(pressure, paths.frequency, axis=-1).max(axis=-1))
+        heard = [receiver.is_sound for receiver in platform.fleet.receivers]
+        levels.append(spl(pressure[heard], paths.frequency, axis=-1).max(axis=-1))
     sizes = {
         "position": np.abs([place for mount in platform.mounts for place in mount.positions]),
         "displacement": np.concatenate(motions),

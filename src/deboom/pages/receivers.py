@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pandas as pd
 
@@ -17,9 +15,6 @@ from deboom.physics.vibration_level import rms_of_level
 from deboom.plot.style import signed
 from deboom.report import Picture, Report, Table
 from deboom.vehicles.free_directions import NOTICEABLE
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 _SHOWN_IN = {"acceleration": ("mm/s²", 1e3), "velocity": ("mm/s", 1e3), "displacement": ("µm", 1e6)}
 """Unit of the rms amplitude of each quantity, and what an SI unit is in it."""
@@ -100,7 +95,7 @@ def report_vibrations(report: Report, view: PlatformFront) -> None:
     report.panel(
         "Seats and wheel",
         Table(table, "", decimals),
-        Picture(lambda: _boom_against_vibration(view), TRADED, TRADED),
+        _boom_against_vibration(view),
         "Mean level of the lines over the scatter, and the rms with that level; those that get "
         "worse first. No objective sums them with sound: limit them (--limits), or search for "
         "them as well (--also).",
@@ -108,7 +103,7 @@ def report_vibrations(report: Report, view: PlatformFront) -> None:
     )
 
 
-def _boom_against_vibration(view: PlatformFront) -> Axes:
+def _boom_against_vibration(view: PlatformFront) -> Picture:
     """Draw what the designs of the search trade: level at the ears against the worst vibration."""
     rows, n_lines = vibrating(view), view.index.n_lines
     evaluated, robust = view.front.search.evaluated, view.front.robust
@@ -128,10 +123,15 @@ def _boom_against_vibration(view: PlatformFront) -> Axes:
         name: (float(x), float(y))
         for name, x, y in zip(view.front.pick_designs, heard, worst(picks), strict=True)
     }
-    return plot.fronts(
-        {"none better in both": edge},
-        {f"{len(felt)} designs of the search": (sound, felt)},
-        named,
-        mean_label="mean change at the ears [dB]",
-        sigma_label="largest change of a vibration [dB]",
+    designs = {f"{len(felt)} designs of the search": (sound, felt)}
+    return Picture(
+        lambda: plot.fronts(
+            {"none better in both": edge},
+            designs,
+            named,
+            mean_label="mean change at the ears [dB]",
+            sigma_label="largest change of a vibration [dB]",
+        ),
+        TRADED,
+        TRADED,
     )

@@ -127,7 +127,7 @@ def test_a_mistake_is_named(tmp_path, text, sentence):
 
 
 def test_limits_of_levels_name_the_file_where_a_vehicle_is_missing(tmp_path):
-    model = SimpleNamespace(response_names=("sedan", "tourer"), n_lines=41)
+    model = SimpleNamespace(response_names=("sedan", "tourer"), response_unit="dB(A)", n_lines=41)
     path = written(
         tmp_path,
         "format = 1\n[[level]]\nat_most_db = 52.5\nvehicle = 'tourer'\n"

@@ -395,6 +395,10 @@ WRONG_RECEIVERS = [
         (EAR_KEYS, SEAT_KEYS.replace("node = 902\n", "")),
         "state where it is: the node of a UFF",
     ),
+    (
+        (EAR_KEYS, SEAT_KEYS.replace("node = 902", 'channel = "seat"')),
+        "a direction goes with a node",
+    ),
     ((EAR_KEYS, SEAT_KEYS.replace('"+z"', '"up"')), "a direction is one such as '+z'"),
     ((EAR_KEYS, SEAT_KEYS.replace("rail z", "rail, z")), "in a few words without commas"),
     ((EAR_KEYS, SEAT_KEYS.replace("Wk", "Wb")), """is "Wb": input should be 'Wk', 'Wd' or 'Wh'"""),

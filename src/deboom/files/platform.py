@@ -594,6 +594,8 @@ class ReceiverEntry(StrictModel):
             )
         if (self.node is None) == (self.channel is None):
             raise ValueError("state where it is: the node of a UFF file, or the channel of a table")
+        if self.channel is not None and self.direction is not None:
+            raise ValueError("a direction goes with a node: the channel of a table has its own")
         return self
 
     @property

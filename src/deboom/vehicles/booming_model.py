@@ -513,6 +513,11 @@ class CatalogueModel:
         return self.models[0].receivers
 
     @property
+    def response_weights(self) -> RealArray | None:
+        """Weights of the receivers in sums, see `BoomingModel.response_weights`."""
+        return self.models[0].response_weights
+
+    @property
     def n_lines(self) -> int:
         """Number of lines in each sum."""
         return self.models[0].n_lines

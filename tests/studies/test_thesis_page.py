@@ -145,7 +145,8 @@ def test_the_command_writes_the_page_with_pictures_and_its_markdown(runs, tmp_pa
     assert done.stdout.splitlines()[-1] == written.as_posix()
     html = written.read_text(encoding="utf-8")
     assert "Thesis, figure 53: inertance matrix (figure_53_inertance)." in html
-    assert html.count("(stiffness_map_TSM).") == 1
+    assert html.count("(stiffness_map_TSM).") == 2  # once as alt text
+    assert "Characteristic curves, static_*." in html
     assert "It differs because" in html
     assert "`" not in html.partition("<body>")[2]
     text = (tmp_path / "thesis" / "thesis.md").read_text(encoding="utf-8")

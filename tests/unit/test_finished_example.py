@@ -1,5 +1,6 @@
 """The finished run that a clone brings: whole, small, and named where readers look."""
 
+import re
 from pathlib import Path
 
 import pandas as pd
@@ -26,6 +27,15 @@ def test_a_clone_opens_a_finished_run_of_a_megabyte_at_most():
     told = call("show", EXAMPLE).stdout
     assert "finished" in told
     assert "st_TSM_x_U06-1" in told
+
+
+def test_it_is_as_new_as_the_last_release():
+    # `make pictures` makes it, and the pictures of README and guides with it
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    version, date = re.search(r"^## \[([\d.]+)\] - (\S+)$", text, re.MULTILINE).groups()
+    entry = read_run(EXAMPLE)
+    assert entry.record["environment"]["packages"]["deboom"] == version
+    assert entry.started[:10] >= date
 
 
 def test_readers_are_led_to_it_and_git_keeps_it():

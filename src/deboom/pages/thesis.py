@@ -32,10 +32,11 @@ MISPRINTS = (
     "them. A test holds what has one."
 )
 PIPE = "\\|"
-"""In a cell of a Markdown table."""
+"""A bar in a cell of a Markdown table."""
 NOT_KNOWN = "not known"
 FIGURES = "figures/{}.png"
 _LINK = re.compile(r"\[([^\]]+)\]\([^)]+\)")
+_MARKED = re.compile(r"`([^`]*)`|\*([^*`]+)\*")
 
 
 class ThesisNumber(StrictModel):
@@ -218,8 +219,8 @@ def _wrapped(text: str) -> list[str]:
 
 
 def _plain(markdown: str) -> str:
-    """Leave out the marks of Markdown."""
-    return re.sub("[*`]", "", _LINK.sub(r"\1", markdown))
+    """Leave out the marks of Markdown; a star inside of code is a star."""
+    return _MARKED.sub(r"\1\2", _LINK.sub(r"\1", markdown))
 
 
 def _capital(text: str) -> str:

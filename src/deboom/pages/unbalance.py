@@ -372,17 +372,16 @@ def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> 
     for name, (label, unit) in _SIZES.items():
         for pressure in pressures:
             sweep, other = free[pressure], with_hoses[pressure]
-            size = np.interp(
-                sweep.frequency,
-                other.frequency,
-                np.abs(_curve(other, name).mean),
-                left=np.nan,
-                right=np.nan,
-            )
-            curves = {
-                "hoses cut off": unit * np.abs(_curve(sweep, name).mean),
-                "hoses of the vehicle": unit * size,
-            }
+            joined_curve = _curve(other, name)
+            curves = {"hoses cut off": unit * np.abs(_curve(sweep, name).mean)}
+            for part, band in (("y", joined_curve.from_y), ("z", joined_curve.from_z)):
+                curves[f"hoses of the vehicle, from {part}"] = unit * np.interp(
+                    sweep.frequency,
+                    other.frequency,
+                    np.abs(band.value),
+                    left=np.nan,
+                    right=np.nan,
+                )
             curves |= _true_curve(measured.truth, sweep, name)
             title = f"{name.capitalize()}, {case_name(pressure)}"
             masked = _curve(sweep, name).reasons
@@ -402,10 +401,17 @@ def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> 
                 order=1.0,
                 speed_label=ROTOR,
             ),
-            "Unbalance as it appears with the hoses of the vehicle against hoses cut "
-            "off (thesis, figure 62). The difference is what the hoses push back.",
+            "Unbalance from y and from z as it appears with the hoses of the vehicle, against the "
+            "mean with hoses cut off (thesis, figure 62). The difference is what the hoses push "
+            "back.",
         )
     forces = _force_panels(joined, measured.truth)
+    if all(_is_masked(panel) for panel in forces):
+        report.text(
+            "No line of the forces inside is to be trusted while hoses are joined (thesis, figure "
+            "62c): the load is not that of rotor, gas and mounts alone, and nothing is drawn."
+        )
+        return
     report.figure(
         "figure_62c_forces",
         lambda: _forces_over_speed(forces),

@@ -11,9 +11,11 @@ from deboom.bench.platform_writer import write_platform
 from deboom.files.check import check_platform
 from deboom.files.platform import read_platform
 from deboom.files.uncertain_index import uncertain_index
+from deboom.pages.front_answer import weights_sentence
 from deboom.pages.platform_front import PlatformFront
 from deboom.pages.receivers import report_vibrations, vibration_table, worse_sentence
 from deboom.report import Report
+from deboom.vehicles.fleet_front import FleetFront
 
 RUN = PlannedRun(5, 220.0, full_load=True)
 
@@ -38,6 +40,14 @@ def test_vehicles_of_a_front_are_ears_and_objectives_sum_them_alone(view):
     change = np.diff(model(np.stack([np.ones(12), view.best])), axis=0)[0] / model.n_lines
     np.testing.assert_allclose(view.fleet.splv_change(view.best), change[:2], rtol=1e-12)
     assert float(view.fleet.mean(change[:2])) == pytest.approx(change[:2].mean(), rel=1e-12)
+
+
+def test_weights_of_ears_are_told_without_those_of_vibrations(view):
+    model, robust = view.index, view.front.robust
+    weighted = deboom.Robust(model, robust.space, robust.sample, weights=[2.0, 1.0, 0.0, 0.0])
+    fleet = FleetFront(replace(view.front, robust=weighted))
+    assert weights_sentence(fleet).endswith("the weights are U06-1 2, every other one 1. ")
+    assert float(fleet.mean(np.array([3.0, 0.0]))) == pytest.approx(2.0)
 
 
 def test_a_check_names_receivers_and_takes_the_level_of_ears(view):

@@ -101,7 +101,7 @@ def weights_sentence(fleet: FleetFront) -> str:
     """Say how vehicles count in means, with a space behind; empty where they count alike."""
     if fleet.weights is None:
         return ""
-    ratios = fleet.front.robust.weight_ratios
+    ratios = fleet.front.robust.weight_ratios[fleet.ears]
     pairs = zip(fleet.vehicles, ratios, strict=True)
     counted = [f"{name} {ratio:.3g}" for name, ratio in pairs if ratio != 1.0]
     rest = ", every other one 1" if len(counted) < len(ratios) else ""

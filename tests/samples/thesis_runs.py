@@ -51,6 +51,7 @@ APPENDIX = {66, 67}
 """Figures of the appendix, the first of which has the number of another one."""
 NAME = re.compile(r"(equation|table|figure|section)s? ([\d.–, ]*\d)( of the appendix)?")
 CITED = re.compile(r"(equation|eq\.|table|figure)s? (\d[\da-c]*(?:(?:,| to| and|–) ?\d+[a-c]?)*)")
+LINK = re.compile(r"\]\(([\w/-]+\.md)(?:#([\w-]+))?\)")
 BLOCK = re.compile(
     r'<h2 id="(?:section|title)-\d+">(?P<heading>.*?)</h2>'
     r'|<(?:figure|div) id="(?:figure|table)-(?P<stem>[^"]+)".*?'
@@ -140,6 +141,18 @@ def wrong_code(thesis):
         for path in re.findall(r"`((?:src|examples)/[^`]+)`", item.see):
             if not (ROOT / path).is_file():
                 yield f"{item.name}: there is no {path}"
+
+
+def wrong_links(thesis):
+    """Give a sentence for each link to a page, or a heading of it, that is not there."""
+    for item in every_item(thesis):
+        for name, heading in LINK.findall(f"{item.see} {item.differs}"):
+            path = ROOT / "docs" / name
+            text = path.read_text(encoding="utf-8") if path.is_file() else ""
+            heads = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+            anchors = {re.sub(r"[^\w -]", "", head).lower().replace(" ", "-") for head in heads}
+            if not text or (heading and heading not in anchors):
+                yield f"{item.name}: there is no {name}#{heading}"
 
 
 @cache

@@ -36,7 +36,8 @@ def told(place, changes):
 
 
 def wrong_without_runs(thesis):
-    return [*walk.wrong_names(thesis), *walk.wrong_commands(thesis), *walk.wrong_code(thesis)]
+    checks = (walk.wrong_names, walk.wrong_commands, walk.wrong_code, walk.wrong_links)
+    return [sentence for check in checks for sentence in check(thesis)]
 
 
 def test_nothing_is_left_out_and_commands_and_names_exist():

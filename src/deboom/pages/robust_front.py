@@ -617,6 +617,7 @@ def _supplier(report: Report, view: PlatformFront) -> None:
         "What the supplier should build",
         "Shares of today's stiffness: those of best-mean, and today's part where it does as well. "
         f"N/mm are {view.stiffness_state}.",
+        folded=True,
     )
     report.figure(
         "stiffness_bars",
@@ -638,7 +639,6 @@ def _supplier(report: Report, view: PlatformFront) -> None:
     stiffness, on_brackets = _stiffness_table(view), np.any(view.bracket_softness > 0.0)
     shown = stiffness[[column for column in SHOWN_STIFFNESS if column in stiffness]]
     shown = shown.rename(columns={"nominal [N/mm]": "today [N/mm]"})
-    report.section("The new stiffnesses in numbers", folded=True)
     report.table(
         "stiffness",
         stiffness,

@@ -29,7 +29,7 @@ from deboom.explore.space import stiffness_factor_space
 from deboom.measurement.booming_peaks import booming_peaks
 from deboom.mounts.mount import Mount
 from deboom.pages.front import drawn_rows, left_out, report_cells
-from deboom.pages.front_answer import abbreviations, spelled_out
+from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import factor_name, motion_name, motion_report
 from deboom.plot import HeatMap, IntervalPanel, LineMap, heat_maps, interval_panels, line_maps
 from deboom.plot.style import signed
@@ -464,7 +464,7 @@ TERMS = (
 )
 
 
-MOST_VEHICLES = 8
+MOST_VEHICLES = 6
 """Vehicles of the first screen's table."""
 
 
@@ -487,9 +487,7 @@ def _answer(report: Report, study: Sensitivity) -> None:
         f"{abbreviations(study.platform.mounts)}",
     )
     shown = study.vehicles[:MOST_VEHICLES]
-    table: dict[str, list[str]] = {
-        "stiffness": [spelled_out(study.variables[row], study.platform.mounts) for row in rows]
-    }
+    table: dict[str, list[str]] = {"stiffness": [study.variables[row] for row in rows]}
     for column, vehicle in enumerate(shown):
         table[vehicle] = [
             f"{PERCENT * study.indices.total[row, column]:.0f} %, "

@@ -447,7 +447,7 @@ def _answer(report: Report, study: BoxStudy, certainty: Interval, what: str, run
             "parts that miss [%]": PERCENT * study.missed,
         }
     )
-    report.panel("Each vehicle", Table(each, ""), f"{study.response.quantity}.")
+    report.panel("Each vehicle", Table(each, ""), f"{study.response.quantity.capitalize()}.")
     report.panel(
         "What to do next",
         Step(f"deboom accept {run} PARTS", "hold a delivery against it"),

@@ -16,7 +16,7 @@ from deboom.mounts.mount import Mount, bracket_softness
 from deboom.pages.motion import factor_name
 from deboom.pages.supplier_study import Direction, SupplierStudy
 from deboom.physics.dynamic_stiffness import N_PER_MM
-from deboom.plot.style import INK, MUTED, mount_colours, signed
+from deboom.plot.style import INK, MUTED, mount_colours
 from deboom.supplier.numbers import ALL, MachineState, SupplierEffects, machine_states
 from deboom.supplier.sheet import (
     NAN,
@@ -296,12 +296,9 @@ class MountSheet(PartSheet):
         wanted, inside = self._wanted_change, float(self.study.mean(self.effects.change[ALL]))
         if inside - wanted < NOTICEABLE:
             return ""
-        first, second = (self.language.local(signed(value, 2)) for value in (inside, wanted))
         return self.language.say(
-            f" All parts in the middle of their bands bring {first} dB, the wanted design "
-            f"{second} dB: what lies between is given up for the bands.",
-            f" Alle Teile in der Mitte ihrer Bänder bringen {first} dB, der gewünschte Entwurf "
-            f"{second} dB: was dazwischen liegt, ist für die Bänder aufgegeben.",
+            " What lies between all parts new and the wanted design is given up for the bands.",
+            " Was zwischen allen Teilen neu und dem gewünschten Entwurf liegt, kosten die Bänder.",
         )
 
     @cached_property

@@ -31,6 +31,16 @@ TEST_ENDS = (
     "guarded_lower",
     "guarded_upper",
 )
+CONDITIONS = (
+    "second_amplitude",
+    "loss_tolerance",
+    "rate_tolerance",
+    "ageing",
+    "fixture",
+    "sampling",
+    "first_articles",
+)
+"""Fields of the head that share a line until somebody states them."""
 MOST_PANELS = 5
 """From so many panels on, static curves have a row of their own."""
 
@@ -64,7 +74,13 @@ def sheet_page(content: PartSheet, foot: str) -> Sheet:
     """Write the two pages of a part's sheet; `foot` is where it comes from."""
     say, units = content.language.say, content.units
     page = Sheet(content.title, content.description, content.language)
-    page.fields({content.label(key): value for key, value in content.head.items()})
+    due = [key for key in CONDITIONS if not content.head[key]]
+    page.fields({content.label(key): v for key, v in content.head.items() if key not in due})
+    if due:
+        page.text(
+            say("To be agreed as well: ", "Ebenfalls noch zu vereinbaren: ")
+            + f"{'; '.join(content.word(key) for key in due)}."
+        )
     page.section(say("Data block", "Datenblock"))
     curves = content.curves
     show(page, content.block, RATIO, units=units, before=content.changes)

@@ -51,14 +51,12 @@ def acceptance_rules(
                 "abgewiesen.",
             ),
             say(
-                "Value: |K| decides; loss factor and static rate are reported beside it, and the "
-                "tolerances of the head, where agreed, are for these. K' and K'' beside |K| must "
-                f"agree with it within {percent(AGREES)}. With rows of today's part, ratios to "
-                "their mean count.",
-                "Wert: |K| entscheidet; Verlustfaktor und statische Rate werden daneben angegeben, "
-                "für sie gelten die Toleranzen im Kopf, wo vereinbart. K' und K'' neben |K| müssen "
-                f"auf {percent(AGREES)} dazu passen. Mit Zeilen des heutigen Teils zählt "
-                "das Verhältnis zu deren Mittel.",
+                "Value: |K| decides; loss factor and static rate are reported beside it. K' and "
+                f"K'' must agree with |K| within {percent(AGREES)}. With rows of today's part, "
+                "ratios to their mean count.",
+                "Wert: |K| entscheidet; Verlustfaktor und statische Rate werden daneben angegeben. "
+                f"K' und K'' müssen auf {percent(AGREES)} zu |K| passen. Mit Zeilen des heutigen "
+                "Teils zählt das Verhältnis zu deren Mittel.",
             ),
         ]
     if share is None:

@@ -15,9 +15,7 @@ beside two of them just below the first line.
 
 A loudspeaker excites what an ear hears: a mode that hardly reaches an ear leaves no trace in these
 FRFs, so neither the poles nor the rebuilt FRFs can tell of it. The hammer does excite it, but its
-accelerations show mostly how the body gives way right under the mount: they do not stabilise. Of
-the vehicles that miss, three lack such a mode, one has two modes within 0.2 Hz, and one has a mode
-below the cavity's 58 Hz whose shape at the mounts reaches a MAC of 0.94.
+accelerations show mostly how the body gives way right under the mount: they do not stabilise.
 """
 
 from __future__ import annotations

@@ -56,8 +56,7 @@ def fleet_claims() -> list[Claim]:
     options = STUDY.Options(motion=MotionOptions(Motion.prescribed))
     model = STUDY.prepare(options)
     point = STUDY.pareto_point(model, options, lambda *_: None)
-    question = STUDY.question(model, options)
-    study = STUDY.box_study(model, point, question, options, lambda *_: None)
+    study = STUDY.box_about(model, point, options, lambda *_: None)
     solution, check = study.solution, study.solution.verified
     where = "U06, none louder than today"
     return [

@@ -101,7 +101,7 @@ sheet[
     [
         "class",
         "accepted from [N/mm]",
-        "nominal |K| [N/mm]",
+        "new |K| [N/mm]",
         "accepted to [N/mm]",
         "preload [N]",
         "frequency [Hz]",
@@ -113,7 +113,7 @@ sheet[
 # workbook; a notebook judges numbers.
 
 rng = np.random.default_rng(1)
-wanted = 1e3 * sheet["nominal |K| [N/mm]"]
+wanted = 1e3 * sheet["new |K| [N/mm]"]
 parts = [
     DeliveredPart(
         f"S-{number}",

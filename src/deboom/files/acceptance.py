@@ -190,10 +190,11 @@ class AcceptanceBox(StrictModel):
 
     @model_serializer(mode="wrap")
     def _without_what_is_not_stated(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out a common factor of 0: sheets name a box of earlier versions by its content."""
+        """Leave out what earlier versions have not: sheets name their box by its content."""
         values: dict[str, Any] = handler(self)
-        if not self.common:
-            del values["common"]
+        for name, unstated in (("common", 0.0), ("gain_kept", None)):
+            if values[name] == unstated:
+                del values[name]
         return values
 
     def faults(self) -> Iterator[str]:
@@ -226,9 +227,8 @@ def checksum(entries: Mapping[str, Any]) -> str:
 def box_document(box: AcceptanceBox) -> dict[str, Any]:
     """Put a box into what JSON knows, with its format and the checksum of its entries."""
     entries = box.model_dump(mode="json")
-    for name in ("limit_below_today_db", "gain_kept"):
-        if entries[name] is None:  # earlier boxes, whose checksum holds, have no such entry
-            del entries[name]
+    if box.limit_below_today_db is None:  # one limit was stated
+        del entries["limit_below_today_db"]
     return {"format": FORMAT, "version": VERSION, _CHECKSUM: checksum(entries), **entries}
 
 

@@ -514,7 +514,7 @@ class MountEntry(StrictModel):
 
     name: Name  # short, such as TSM
     description: str  # in words, for the report
-    description_de: str = ""  # the same in German, for sheets in German
+    description_de: str | None = None  # the same in German, for sheets in German
     pieces: Annotated[Several[Name], Field(min_length=2)] | None = None  # of one part number
     transfer_axes: Several[Axis]  # whose force reaches the cabin
     # mass of the body on each piece where that is not the powertrain, from the data sheet
@@ -823,7 +823,7 @@ def mounts_of(
         Mount(
             name=entry.name,
             description=entry.description,
-            description_de=entry.description_de,
+            description_de=entry.description_de or "",
             pieces=entry.piece_names,
             positions=tuple(positions[entry.name, piece] for piece in entry.piece_names),
             transfer_axes=entry.transfer_axes,

@@ -139,7 +139,7 @@ MOVED_NAMES: Mapping[str, Mapping[str, str]] = {
         "measured_unbalance": "deboom.runs.compressor_tests.measured_unbalance",
     },
     "deboom.pages.front_answer": {
-        "run_up_sounds": "deboom.pages.front_answer.report_loudest_sound",
+        "run_up_sounds": "deboom.pages.front_answer.report_loudest",
     },
     "deboom.pages.mount_characterisation": {
         "characterise_given": "deboom.runs.campaigns.characterise_given",

@@ -644,7 +644,7 @@ class MountSheet(PartSheet):
             curves,
             {driven: (state.points[0], N_PER_MM * state.points[1]), **tested},
             {band: (low * today, high * today)} if x.size else {},
-            note=f"{self.word(demand.duty)}, {amplitude}",
+            note=amplitude,
         )
         return panel, table
 

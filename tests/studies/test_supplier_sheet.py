@@ -346,7 +346,7 @@ def test_the_test_point_lies_on_the_curve_of_the_new_part(sheet):
     at = np.interp(force, panel.abscissa, panel.curves["new"])
     assert stiffness == pytest.approx(at, rel=0.01)
     demand = next(d for d in sheet.specification.directions if d.name == "TSM x")
-    assert panel.note == f"must, {demand.amplitude_mm:g} mm, {demand.frequency_hz:g} Hz"
+    assert panel.note == f"{demand.amplitude_mm:g} mm, {demand.frequency_hz:g} Hz"
 
 
 def test_a_german_sheet_names_the_part_in_german_and_decibels_can_be_left_out(study):

@@ -49,7 +49,7 @@ Mask = npt.NDArray[np.bool_]
 class CurvePanel:
     """One panel of curves over a common abscissa; a label has one colour in all panels.
 
-    - `title`: what the panel shows; `note`: short, on the right above it.
+    - `title`: what the panel shows; `note`: short, on the right below it.
     - `abscissa` (n,): rising; `curves`: label → values (n,) [units of the axis labels].
     - `points`: label → abscissa and values; on a curve of that label dots, else a cloud below.
     - `ranges`: label → lower and upper values (n,), a shade in the colour of that label.
@@ -226,8 +226,8 @@ def _draw(
         axes.set_ylim(*_scale([*data.values(), *bounds], free, list(panel.levels.values())))
     if all(name in data for name in panel.points):
         axes.set_xlim(*_span(panel))
-    axes.set_title(panel.title, loc="left", fontweight="bold")
-    if panel.note:
+    axes.set_title(panel.title + ("\n" if panel.note else ""), loc="left", fontweight="bold")
+    if panel.note:  # on a line of its own: panels are narrow on paper
         axes.set_title(panel.note, loc="right", fontsize=8.0, color=INK)
     return data
 

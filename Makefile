@@ -92,7 +92,7 @@ $(STUDY): $(VENV)/.python pyproject.toml constraints.txt
 	@touch $@
 
 $(READY): $(STUDY)
-	$(INSTALL) -e ".[cluster,modal,postgres,mdf,tdms,hdf5,serve,dev]"
+	$(INSTALL) -e ".[cluster,modal,postgres,mdf,tdms,hdf5,serve,sound-quality,dev]"
 	@touch $@
 
 # What the documentation site needs more than the tests.

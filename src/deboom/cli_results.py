@@ -187,6 +187,9 @@ def listen(
     the engine order of the study is heard, from the first to the last frequency of its band, at a
     constant rise of speed. Use headphones: small loudspeakers do not play 20 to 60 Hz.
 
+    `deboom look` tells how loud and how rough two of them are: a table beside each file has its
+    calibration.
+
     Try: deboom listen results/front/RUN --seconds 15
     """
     from deboom.runs.listen import write_run_ups

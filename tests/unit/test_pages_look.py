@@ -22,8 +22,10 @@ from deboom.errors import InputError
 from deboom.files.check import check_folder
 from deboom.files.kinds import FolderKind
 from deboom.files.uff import read_uff, write_uff
+from deboom.measurement.channels import TimeRecord
 from deboom.pages import look
-from deboom.pages.look import _waterfall, look_report
+from deboom.pages.look import look_report
+from deboom.pages.look_pictures import show_signals
 from deboom.plot import places
 from deboom.report import Report
 
@@ -45,11 +47,14 @@ FOLDERS = {
         lambda folder: filled(made(folder)),
         ["noise_transfer", "operating_force", "operating_displacement", "geometry"],
     ),
-    "campaign": (campaign, ["accelerations", "cell_forces", "waterfall_", "geometry"]),
+    "campaign": (
+        campaign,
+        ["accelerations", "cell_forces", "campbell_", "orders_", "third_octaves_", "geometry"],
+    ),
     "vehicle": (lambda folder: write_vehicle(folder, 1), ["noise_transfer", "run_", "geometry"]),
     "compressor": (
         lambda folder: write_compressor_test(folder, seed=1),
-        ["functions", "coherence", "geometry"],
+        ["functions", "coherence", "reciprocity", "geometry"],
     ),
     "hammer": (hits, ["blows", "functions", "coherence", "geometry"]),
     "operation": (
@@ -62,7 +67,15 @@ FOLDERS = {
     ),
     "component": (
         lambda folder: write_component_test(folder, plan=ComponentPlan(points=1, line_step=4.0)),
-        ["functions", "coherence", "ear_pressure", "run_1", "run_pressure", "geometry"],
+        [
+            "functions",
+            "coherence",
+            "reciprocity",
+            "ear_pressure",
+            "run_1",
+            "run_pressure",
+            "geometry",
+        ],
     ),
 }
 
@@ -93,17 +106,17 @@ def test_every_kind_of_folder_is_drawn(tmp_path, kind):
     assert all(path.exists() for path in report.inputs)
 
 
-def test_a_waterfall_shows_the_peak_of_a_tone():
-    """Of 2 m/s² at 40 Hz: 6 dB, at its own line."""
-    amplitude, line, rate = 2.0, 40.0, 1024.0
+def test_a_waterfall_shows_the_level_of_a_tone():
+    """Of 2 m/s² rms at 40 Hz in one of two channels: 3 dB, at its own line."""
+    line, rate = 40.0, 1024.0
     time = np.arange(2048) / rate
-    tone = amplitude * np.sin(2.0 * np.pi * line * time)[:, np.newaxis]
-    run = SimpleNamespace(acceleration=tone, acceleration_channels=("A1 x",), sample_rate=rate)
+    tone = np.sqrt(2.0) * 2.0 * np.sin(2.0 * np.pi * line * time)
+    record = TimeRecord(np.column_stack([tone, 0 * tone]), rate, ("A1 x", "A1 y"), "m/s²")
     report = Report("First look")
-    _waterfall(report, "slow", run)
+    show_signals(report, "slow", {"acceleration": record}, None)
     points = report.pictures["waterfall_slow"].drawing().axes[0].collections[0]
     level, loudest = points.get_array(), np.argmax(points.get_array())
-    assert level[loudest] == pytest.approx(20.0 * np.log10(amplitude), abs=1e-6)
+    assert level[loudest] == pytest.approx(20.0 * np.log10(np.sqrt(2.0)), abs=1e-6)
     assert points.get_offsets()[loudest, 0] == line
 
 

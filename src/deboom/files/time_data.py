@@ -79,11 +79,11 @@ _Channels = Iterator[tuple[str, _Loaded | None]]
 """Name of every channel, and what the file has of it; None where it is not asked for."""
 
 
-def read_time_signals(path: Path, names: Sequence[str]) -> dict[str, TimeSignal]:
+def read_time_signals(path: Path, names: Sequence[str] | None) -> dict[str, TimeSignal]:
     """Read channels of a file by their names.
 
     - `path`: MDF, TDMS, HDF5, MATLAB, LVM or WAV file, whose content tells which; or CSV or xlsx.
-    - `names`: channels that are read where the file has them.
+    - `names`: channels that are read where the file has them; None reads all of them.
     - returns: name to signal, in the order of `names`; a name that the file lacks is left out.
     - raises InputError: a file of another kind or damaged, a library that is not installed, none of
       the channels, one that comes twice or holds no numbers. Even sampling is not checked.
@@ -97,6 +97,8 @@ def read_time_signals(path: Path, names: Sequence[str]) -> dict[str, TimeSignal]
     loaded = defaultdict[str, list[_Loaded]](list)
     channels: list[str] = []
     with _readable(path, kind):
+        if names is None:
+            names = tuple(dict.fromkeys(name for name, _ in _READERS[kind](path, ())))
         for name, content in _READERS[kind](path, names):
             channels.append(name)
             if content is not None:

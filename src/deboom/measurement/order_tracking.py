@@ -300,13 +300,9 @@ def tracked_run(
 
 def _tracked(time_run: TimeRun, options: TrackingOptions, name: str) -> TrackedRun:
     rate = time_run.sample_rate
-    if is_speed(time_run.tacho):
-        train = integrated_speed(time_run.tacho, rate)
-    else:
-        train = repair_pulses(pulse_times(time_run.tacho, rate), time_run.pulses_per_revolution)
-    shaft = shaft_angle(train)
+    shaft = shaft_of(time_run.tacho, rate, time_run.pulses_per_revolution)
     _refuse_other_sense(time_run, shaft)
-    rpm = _lines(shaft, options)
+    rpm = settled_lines(shaft, options)
     _refuse_slow_vibration(time_run, float(rpm[-1]), options)
     acceleration = TimeRecord(time_run.acceleration, rate, time_run.acceleration_channels, "m/s^2")
     force = TimeRecord(time_run.cell_force, rate, time_run.cell_force_channels, "N")
@@ -337,6 +333,18 @@ def _tracked(time_run: TimeRun, options: TrackingOptions, name: str) -> TrackedR
     beside = _share(beside_motion, of_motion), _share(beside_force, of_force)
     notes = (*time_run.notes, *_doubts(time_run, torque, beside))
     return TrackedRun(run, of_motion, shaft, *beside, notes=notes)
+
+
+def shaft_of(tacho: RealArray, rate: float, pulses_per_revolution: int) -> ShaftAngle:
+    """Return the shaft's angle from a tacho's voltage [V], or from a channel of speed [1/min].
+
+    - `tacho` (n_sample,), `rate` samples per second [Hz]; `pulses_per_revolution`: pitches, missing
+      teeth included.
+    - raises InputError: a tacho that cannot be repaired, or contradicts its pulses per revolution.
+    """
+    if is_speed(tacho):
+        return shaft_angle(integrated_speed(tacho, rate))
+    return shaft_angle(repair_pulses(pulse_times(tacho, rate), pulses_per_revolution))
 
 
 def _refuse_other_sense(time_run: TimeRun, shaft: ShaftAngle) -> None:
@@ -387,8 +395,12 @@ def _refuse_slow_vibration(time_run: TimeRun, rpm: float, options: TrackingOptio
         )
 
 
-def _lines(shaft: ShaftAngle, options: TrackingOptions) -> RealArray:
-    """Speeds at multiples of the step, within the range asked for or that the filter settles in."""
+def settled_lines(shaft: ShaftAngle, options: TrackingOptions) -> RealArray:
+    """Return speeds at multiples of the step, in the stated range or that of a settled filter.
+
+    Shape (n_line,) [1/min]. Raises InputError: a run too short for the filter, a step that leaves
+    fewer than two lines, or more than `MOST_LINES`.
+    """
     ends = _settled(shaft, options.bandwidth)
     _refuse_too_short(shaft, ends)
     # an uneven speed may lie beyond that of the first or the last pulse for a while

@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.signal import ShortTimeFFT, get_window
 
 from deboom import plot
 from deboom.arrays import RealArray
-from deboom.errors import listed
+from deboom.errors import InputError, listed
 from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign, read_time_run
 from deboom.files.check import check_folder
 from deboom.files.component_test import read_component_test
@@ -27,19 +26,29 @@ from deboom.files.platform import read_platform
 from deboom.files.schema import load_toml
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.campaign import TimeRun
-from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.channels import Frf, Spectrum, TimeRecord
+from deboom.measurement.component_test import functions_at_points, motions_at_points
 from deboom.measurement.compressor_test import InertanceTest, OperatingTest
 from deboom.measurement.impact_test import HammerOptions, hammer_frfs
-from deboom.plot import CurvePanel, PointMap
+from deboom.measurement.order_tracking import shaft_of
+from deboom.measurement.quality import HALFWAY, reciprocity
+from deboom.measurement.virtual_point import (
+    impact_geometry,
+    sensor_geometry,
+    virtual_point,
+    virtual_point_frf,
+)
+from deboom.pages.look_pictures import (
+    HIGHEST_HZ,
+    RECIPROCITY_CAPTION,
+    matrix_section,
+    show_signals,
+)
+from deboom.plot import CurvePanel
 from deboom.report import Report, Step
 
 MOST_PANELS = 24
 """Panels of a picture; of more channels, impacts or paths the first ones are drawn."""
-WATERFALL_HZ = 200.0
-"""Highest line of a waterfall [Hz]."""
-WATERFALL_ROWS = 80
-"""Instants of a waterfall."""
-_AXES = ("x", "y", "z")
 
 
 def look_report(folder: Path) -> Report:
@@ -57,9 +66,6 @@ def look_report(folder: Path) -> Report:
         f"First look: {folder.resolve().name}", "What is in this folder, and does it look right?"
     )
     report.number("n_faults", len(faults), "", "faults that deboom check names", headline="d")
-    held = Report("", "")
-    drawn = _DRAWN[kind](held, folder)
-    _answer(report, kind, faults, held.remarks)
     report.warn(*faults)
     lines = [line.partition("  ") for line in summary.splitlines()]
     table = pd.DataFrame(
@@ -73,10 +79,9 @@ def look_report(folder: Path) -> Report:
     )
     if len(table):
         report.table("held", table, "What deboom check says.")
-    for section in held.sections:
-        report.sections.append(section)
-    report.pictures |= held.pictures
+    drawn = _DRAWN[kind](report, folder)
     report.inputs = list(dict.fromkeys((folder / FOLDERS[kind].file, *drawn)))
+    _answer(report, kind, faults, report.remarks)
     return report
 
 
@@ -186,7 +191,7 @@ def _campaign(report: Report, folder: Path) -> Sequence[Path]:
         )
     file = load_toml(folder / CAMPAIGN_FILE, CampaignFile)
     for entry in file.time_runs:
-        _waterfall(report, entry.name, read_time_run(folder, entry.name))
+        _time_run(report, entry.name, read_time_run(folder, entry.name))
     _geometry(
         report,
         {
@@ -241,6 +246,9 @@ def _compressor(report: Report, folder: Path) -> Sequence[Path]:
 
 def _hammered(report: Report, test: InertanceTest) -> None:
     _functions(report, test.frf, test.coherence, "inertance [(m/s²)/N]")
+    response = virtual_point(sensor_geometry(test.sensors))
+    excitation = virtual_point(impact_geometry(test.impacts))
+    _reciprocity(report, virtual_point_frf(test.frf, response=response, excitation=excitation))
     _geometry(
         report,
         {
@@ -290,6 +298,37 @@ def _functions(report: Report, frf: Frf, coherence: RealArray | None, label: str
             y_label="coherence [1]",
             share_y=True,
         )
+        median = np.median(coherence, axis=0)
+        pairs = {
+            (output, name): float(median[row, column])
+            for row, output in enumerate(frf.outputs)
+            for column, name in enumerate(frf.inputs)
+        }
+        matrix_section(
+            report,
+            "Coherence at a glance",
+            "coherence_median",
+            pairs,
+            "Median over the lines, by channel and impact.",
+        )
+
+
+def _reciprocity(report: Report, at_points: Frf) -> None:
+    """Show how reciprocal functions at virtual points are: outputs and inputs in one order."""
+    symmetry = reciprocity(at_points)
+    pair, least = symmetry.worst()
+    if least < HALFWAY:
+        report.remarks.append(
+            f"the pair {pair} is not reciprocal ({least:.2f}): look for a reversed or exchanged "
+            "sensor, or a point that was struck elsewhere"
+        )
+    pairs = {
+        (row, column): float(symmetry.likeness[i, j])
+        for i, row in enumerate(symmetry.names)
+        for j, column in enumerate(symmetry.names)
+    }
+    caption = f"{RECIPROCITY_CAPTION} Functions at virtual points, motions by loads."
+    matrix_section(report, "Reciprocity at a glance", "reciprocity", pairs, caption)
 
 
 def _coherence_in_words(frf: Frf, coherence: RealArray) -> str:
@@ -332,7 +371,7 @@ def _hammer(report: Report, folder: Path) -> Sequence[Path]:
         x_label="time in the block [ms]",
         y_label="force [N]",
     )
-    estimate = hammer_frfs(test, HammerOptions(band=(0.0, WATERFALL_HZ), minimum_hits=1))
+    estimate = hammer_frfs(test, HammerOptions(band=(0.0, HIGHEST_HZ), minimum_hits=1))
     several = min(estimate.n_averages) > 1
     _functions(report, estimate.frf, estimate.coherence if several else None, "response over N")
     _geometry(
@@ -388,6 +427,10 @@ def _car(report: Report, folder: Path) -> Sequence[Path]:
 def _component(report: Report, folder: Path) -> Sequence[Path]:
     test = read_component_test(folder)
     _functions(report, test.accelerance, test.coherence, "accelerance [(m/s²)/N]")
+    _reciprocity(
+        report,
+        functions_at_points(motions_at_points(test.accelerance, test.points), test.points),
+    )
     frf = test.pressure
     panels = [
         CurvePanel(
@@ -517,38 +560,20 @@ def _panels_of_sensors(spectrum: Spectrum) -> list[CurvePanel]:
     ]
 
 
-def _waterfall(report: Report, name: str, run: TimeRun) -> None:
-    """Show the level of the first accelerometer over frequency and time."""
-    signal, channel = run.acceleration[:, 0], run.acceleration_channels[0]
-    samples = max(int(run.sample_rate / 2), 16)
-    hop = max((signal.size - samples) // WATERFALL_ROWS, 1)
-    window = get_window("hann", samples)
-    transform = ShortTimeFFT(window, hop, run.sample_rate, scale_to="magnitude")
-    first, last = transform.lower_border_end[1], transform.upper_border_begin(signal.size)[1]
-    size = np.abs(transform.stft(signal, p0=first, p1=max(last, first + 1)))
-    time = transform.t(signal.size, p0=first, p1=max(last, first + 1))
-    lines = transform.f <= WATERFALL_HZ
-    level = 20 * np.log10(np.maximum(2 * size[lines], 1e-12))
-    grid = np.meshgrid(transform.f[lines], time, indexing="ij")
-    report.section(f"Waterfall: {name}")
-    report.figure(
-        f"waterfall_{name}",
-        partial(
-            plot.point_maps,
-            [
-                PointMap(
-                    title=channel,
-                    x=grid[0].ravel(),
-                    y=grid[1].ravel(),
-                    value=level.ravel(),
-                    x_label="frequency [Hz]",
-                    y_label="time [s]",
-                    value_label="peak acceleration [dB re 1 m/s²]",
-                )
-            ],
+def _time_run(report: Report, name: str, run: TimeRun) -> None:
+    """Show a run over time, over the speed of its shaft where its tacho tells it."""
+    records = {
+        "acceleration": TimeRecord(
+            run.acceleration, run.sample_rate, run.acceleration_channels, "m/s²"
         ),
-        "Orders are lines that lean; resonances stand upright; a line at 50 Hz is the mains.",
-    )
+        "force": TimeRecord(run.cell_force, run.sample_rate, run.cell_force_channels, "N"),
+    }
+    try:
+        shaft = shaft_of(run.tacho, run.sample_rate, run.pulses_per_revolution)
+    except InputError as error:
+        shaft = None
+        report.remarks.append(f"the tacho of run {name} gives no orders: {error}")
+    show_signals(report, name, records, shaft)
 
 
 def _labelled(points: Mapping[str, RealArray]) -> dict[str, RealArray]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +14,7 @@ from deboom.plot.curves import plain_logarithmic
 from deboom.plot.style import INK, MUTED, VEHICLE_PALETTE, finite, halo, panel_grid
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _ENDS = (1.0, 99.0)  # percentiles at the ends of a colour scale
@@ -30,6 +31,7 @@ class PointMap:
     - `x_label`, `y_label`, `value_label`: with units.
     - `splits`: abscissae that are marked, such as where pieces of a model meet.
     - `outline` (k, 2), optional: corners of the region in which points lie.
+    - `rays`: label → slope of a dashed line through the origin, such as an order.
     - `amplitude`: whether the ordinate is an amplitude: logarithmic, and growing downwards.
     """
 
@@ -43,6 +45,7 @@ class PointMap:
     splits: Sequence[float] = ()
     outline: npt.ArrayLike | None = None
     amplitude: bool = False
+    rays: Mapping[str, float] = field(default_factory=dict)
 
 
 def point_maps(maps: Sequence[PointMap], *, columns: int = 3) -> Figure:
@@ -80,6 +83,7 @@ def point_maps(maps: Sequence[PointMap], *, columns: int = 3) -> Figure:
                 axes.plot(*np.vstack([corners, corners[:1]]).T, color=MUTED, lw=0.7)
             for split in shown.splits:
                 axes.axvline(split, color=INK, lw=1.0, ls="--")
+            _rays(axes, shown.rays)
             if shown.amplitude:
                 plain_logarithmic(axes)
                 axes.yaxis.set_inverted(True)
@@ -94,6 +98,28 @@ def point_maps(maps: Sequence[PointMap], *, columns: int = 3) -> Figure:
             ends = beyond.get((bool(value[0] < low), bool(value[-1] > high)), "both")
             figure.colorbar(points, ax=axes, label=shown.value_label, extend=ends, pad=0.02)
         return figure
+
+
+def _rays(axes: Axes, rays: Mapping[str, float]) -> None:
+    """Draw lines through the origin, each with its label where it leaves the points."""
+    if not rays:
+        return
+    (left, right), (bottom, top) = axes.dataLim.intervalx, axes.dataLim.intervaly
+    for label, slope in rays.items():
+        end = min(right, top / slope)
+        if end > left:
+            axes.plot([left, end], [slope * left, slope * end], color="w", lw=0.7, ls=(0, (4, 3)))
+            axes.annotate(
+                label,
+                (end, slope * end),
+                xytext=(1, 1),
+                textcoords="offset points",
+                fontsize=6.0,
+                color=INK,
+                path_effects=halo(1.5),
+                annotation_clip=False,
+            )
+    axes.set(xlim=(left, right), ylim=(bottom, top))
 
 
 _VIEWS = ((0, 2, "side view"), (1, 2, "front view"), (0, 1, "from above"))

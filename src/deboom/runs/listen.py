@@ -12,6 +12,8 @@ from deboom.explore.choices import Pick
 from deboom.files.disk import made_folder, replace_bytes, replace_text
 from deboom.files.front_run import design_name
 from deboom.files.sound import run_up_files
+from deboom.files.tables import write_table
+from deboom.files.time_data import WavChannel
 from deboom.names import path_inside
 from deboom.physics.sound_level import RUN_UP_RATE, full_scale
 from deboom.runs.rebuilt import compared_run
@@ -45,7 +47,8 @@ def write_run_ups(
     Returns
     -------
     list of Path
-        ``<vehicle> today.wav`` and ``<vehicle> <pick>.wav``, 16 bit, one full scale for all; last
+        ``<vehicle> today.wav`` and ``<vehicle> <pick>.wav``, 16 bit, one full scale for all, each
+        with a table of its calibration beside it, by which `deboom look` reads it; last
         ``listen.json`` with that scale [Pa], the band [Hz] and the time [s], and that the model is
         heard.
 
@@ -75,6 +78,8 @@ def write_run_ups(
     for name, sound in zip(names, sounds, strict=True):
         paths.append(path_inside(place, name))
         replace_bytes(paths[-1], sound)
+        calibration = WavChannel(channel="driver ear", full_scale=scale, unit="Pa")
+        write_table(paths[-1].with_suffix(".csv"), WavChannel, [calibration])
     facts = {
         "run": run.entry.name,
         "heard": "the model without scatter; the run's page has what cars are expected to show",

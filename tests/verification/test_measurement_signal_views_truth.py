@@ -1,4 +1,4 @@
-"""Third octaves against IEC 61260-1's edges and the power of known signals; cuts of known orders."""
+"""Third octaves by the edges of IEC 61260-1 and the power of known signals; Campbell diagrams."""
 
 import numpy as np
 import pytest

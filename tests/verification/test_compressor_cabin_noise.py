@@ -80,6 +80,18 @@ def test_without_the_hoses_much_is_missing(sweeps):
         assert (np.percentile(off, 90) > 3) == (sweep.hoses is HoseState.STANDARD)
 
 
+def test_the_noise_of_a_microphone_is_in_the_band(running_1):
+    """Far above the sound: half of the draws are below ``σ √(2 ln 2)``, the median of Rayleigh."""
+    deviation = 100.0
+    operation = replace(running_1.car.operation, sound_deviation={running_1.car.ear: deviation})
+    noisy = replace(running_1, car=replace(running_1.car, operation=operation))
+    lines = cabin_noise(running_1)[0].frequency
+    expected = spl(np.full(lines.size, deviation * np.sqrt(2 * np.log(2))), lines)
+    transfer = wrench_noise_transfer(noisy.car)
+    middle = noise_bands(noisy, transfer, draws=60)[0].middle
+    assert np.median(middle - expected) == pytest.approx(0.0, abs=0.3)
+
+
 def test_the_state_of_the_mounts_shows_in_spite_of_the_moving_body(running_1):
     assert running_1.source.state.changed
     lines = np.arange(20.0, 51.0)

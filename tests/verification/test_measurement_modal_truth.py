@@ -24,6 +24,7 @@ from deboom.measurement.modal import (
     LARGE_ERROR,
     PoleCluster,
     _parts,
+    _pole_fit,
     auxiliary_clusters,
     mac_matrix,
     modal_model,
@@ -110,6 +111,26 @@ def test_refined_poles_of_a_chain_of_masses_are_the_true_ones(form, added):
     poles = [*auxiliary, *clusters]
     assert [2 * np.pi * each.frequency for each in poles] == pytest.approx(omega, rel=1e-8)
     assert [each.damping for each in poles] == pytest.approx(damping, rel=1e-7)
+
+
+def test_the_slope_of_what_poles_leave_is_that_of_differences():
+    """Outside of the basis: Kaufman's part inside of it moves no minimum."""
+    omega, damping, _ = chain()
+    fit = _pole_fit(chain_frf(FrfForm.MOBILITY, np.arange(5.0, 40.5)), FrfForm.MOBILITY, (5, 40))
+    poles = 1.01 * omega * (-2 * damping + 1j)
+    linear, basis = fit.linear(poles), fit.linear(poles).basis
+    size = 1e-4 * omega
+    steps = np.concatenate([size, 1j * size])
+    slope = fit._slope(poles, linear, steps)
+    for k, step in enumerate(steps):
+        moved = np.zeros_like(poles)
+        moved[k % poles.size] = step
+        ends = [fit.linear(poles + sign * moved).deviation for sign in (0.5, -0.5)]
+        difference = (ends[0] - ends[1])[:, :, np.newaxis]
+        outside = difference - basis @ (basis.transpose(0, 2, 1) @ difference)
+        np.testing.assert_allclose(
+            slope[:, k], outside.ravel(), rtol=1e-4, atol=1e-5 * np.abs(outside).max()
+        )
 
 
 def near_modes(seed):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import pydoc
 import re
 import shutil
 import sys
@@ -215,6 +216,26 @@ def list_attributes(
         lines[:] = [*text, "", "Attributes", "----------", *fields, ""]
 
 
+SEE_ALSO = re.compile(r"^See Also\n-+\n(.+?)(?=\n\n|\Z)", re.MULTILINE | re.DOTALL)
+
+
+def describe_see_also(
+    _app: Any, _what: str, _name: str, _value: Any, _options: Any, lines: list[str]
+) -> None:
+    """Write the first line of its docstring beside each name of a See Also."""
+
+    def described(match: re.Match[str]) -> str:
+        names = re.split(r",\s+|\n", match[1])
+        entries = [f":obj:`~{name}`\n    {_first_line(pydoc.locate(name))}" for name in names]
+        return "See Also\n--------\n" + "\n".join(entries)
+
+    lines[:] = SEE_ALSO.sub(described, "\n".join(lines)).split("\n")
+
+
+def _first_line(value: Any) -> str:
+    return (inspect.getdoc(value) or "").partition("\n")[0]
+
+
 def show_values(
     _app: Any,
     _what: str,
@@ -275,6 +296,7 @@ def setup(app: Any) -> None:
     app.connect("build-finished", copy_mathjax)
     app.connect("missing-reference", link_outside)
     app.connect("autodoc-process-docstring", list_attributes, priority=400)
+    app.connect("autodoc-process-docstring", describe_see_also, priority=400)
     app.connect("autodoc-process-signature", show_values)
     app.connect("source-read", write_from_code)
     app.connect("source-read", link_page)

@@ -461,6 +461,10 @@ class Difference(Tabled):
     - `noise`, `verdict`: largest difference that `REAL_FROM` still calls chance, and what follows.
     - `too_few`: names of those whose seeds are too few for a verdict.
     - `left_out`: designs of either that fail under the common draws, and are left out.
+
+    See Also
+    --------
+    deboom.compare, deboom.verify
     """
 
     value: float

@@ -154,6 +154,10 @@ def read_component_test(folder: Path | str) -> ComponentTest:
         table has; sensors whose angles follow another order of rotations than stated, which is
         named. The sentence names file, item and remedy.
 
+    See Also
+    --------
+    deboom.component_tpa, deboom.measurement.component_test.ComponentTest, deboom.read_receiver
+
     Examples
     --------
     >>> import deboom
@@ -409,6 +413,10 @@ def read_receiver(folder: Path | str) -> ReceiverTest:
     ------
     InputError
         As `read_component_test`; a mount that is neither parametric nor measured.
+
+    See Also
+    --------
+    deboom.in_receiver, deboom.component_tpa
 
     Examples
     --------

@@ -30,6 +30,11 @@ class Component:
     - `receptance` (n_frequency, n_output, n_input): response per force or moment [m/N, rad/N, m/(N
       m), rad/(N m)]. Outputs may be of another kind, such as a pressure [Pa/N], unless they are
       joined.
+
+    See Also
+    --------
+    deboom.physics.substructuring.Joint, deboom.physics.substructuring.couple
+    deboom.physics.substructuring.decouple
     """
 
     outputs: tuple[str, ...]
@@ -53,6 +58,11 @@ class Joint:
     With fewer conditions than pairs the gaps close in the mean only, as many channels on a rigid
     interface demand. ``n_force = n_condition``, unless there are more conditions than forces, which
     are then met in the sense of least squares.
+
+    See Also
+    --------
+    deboom.physics.substructuring.Component, deboom.physics.substructuring.couple
+    deboom.physics.substructuring.decouple, deboom.physics.substructuring.assembled_stiffness
     """
 
     first: tuple[str, ...]
@@ -95,6 +105,11 @@ def couple(components: Sequence[Component], joints: Sequence[Joint]) -> Componen
     InputError
         Unlike lines, doubled names, a joint at a degree of freedom that no component measures and
         excites, or an interface whose conditions depend on each other.
+
+    See Also
+    --------
+    deboom.physics.substructuring.decouple, deboom.physics.substructuring.assembled_stiffness
+    deboom.physics.substructuring.Component, deboom.physics.substructuring.Joint
 
     Notes
     -----
@@ -161,6 +176,11 @@ def decouple(assembly: Component, removed: Component, shared: Sequence[str]) -> 
     InputError
         Unlike lines, or a shared degree of freedom that one of both lacks.
 
+    See Also
+    --------
+    deboom.physics.substructuring.couple, deboom.physics.substructuring.Component
+    deboom.physics.substructuring.Joint
+
     Notes
     -----
     ``Y_B = Y_AB − Y_AB,:s (Y_AB,ss − Y_A,ss)⁺ Y_AB,s:``: the negative of the component is joined.
@@ -222,6 +242,11 @@ def assembled_stiffness(
     ------
     InputError
         Another number of names than of degrees of freedom, or unlike lines.
+
+    See Also
+    --------
+    deboom.physics.substructuring.couple, deboom.physics.substructuring.Joint
+    deboom.dynamic_centre_of_stiffness
     """
     if len(stiffness) != len(names) or not names:
         raise InputError("give as many lists of names as matrices, at least one of each")
@@ -263,6 +288,10 @@ def singular_vectors(
     ------
     InputError
         More patterns than the interface has degrees of freedom.
+
+    See Also
+    --------
+    deboom.physics.substructuring.couple, deboom.virtual_point
 
     Notes
     -----

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import os
 import pydoc
 import re
 import shutil
@@ -28,6 +29,8 @@ from reference_pages import argument_types, write_reference
 from types_on_the_path import table
 
 HERE = Path(__file__).parent
+os.environ["PATH"] = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
+# the tutorials type deboom
 project = "deboom"
 author = "The deboom developers"
 copyright = author  # noqa: A001 (Sphinx's name)
@@ -106,6 +109,7 @@ sphinx_gallery_conf = {
     "min_reported_time": 1000,
     "plot_gallery": True,
     "capture_repr": ("_repr_html_",),
+    "image_srcset": ["2x"],
     "backreferences_dir": "api/backreferences",
     "doc_module": ("deboom",),
 }
@@ -153,9 +157,11 @@ def linked(text: str, link: str) -> str:
 
 
 def link_page(app: Any, name: str, source: list[str]) -> None:
-    """Link the citations of a page in Markdown, and of an example."""
+    """Link the citations of a page in Markdown and of an example, whose pictures are described."""
     if name.startswith("gallery/"):
-        source[0] = linked(source[0], ":ref:`{name} <{label}>`")
+        title = re.search(r"^(.+)\n===", source[0], re.MULTILINE)
+        named = re.sub(r":alt: plot .*", f":alt: {title[1]}" if title else ":alt:", source[0])
+        source[0] = linked(named, ":ref:`{name} <{label}>`")
     elif app.env.doc2path(name).suffix == ".md" and name != "bibliography":
         source[0] = linked(source[0], "[{name}](#{label})")
 
@@ -188,35 +194,61 @@ def link_docstring(
     lines[:] = linked("\n".join(lines), ":ref:`{name} <{label}>`").split("\n")
 
 
-FIELD = re.compile(r"^- ((?:`\w+`(?: \([^)]*\))?(?:, )?)+)(?:, optional)?: (.*)$")
-"""First line of a field in the docstring of a class."""
+FIELD = re.compile(
+    r"^- (?P<names>`\w+`(?P<shape> \([^)]*\))?(?:, `\w+`(?: \([^)]*\))?)*)"
+    r"(?P<optional>, optional)?(?P<text>[: ].*)$"
+)
+"""First line of a field in the docstring of a class, or of a parameter in that of a method."""
+OUTCOME = re.compile(
+    r"^- (?P<what>returns|raises|warns)(?P<kind> [A-Z]\w+)?(?P<shape> \([^)]*\))?:? ?(?P<text>.*)$"
+)
+ARRAY = re.compile(r"\b(?:[A-Z]\w*)?Array\b|\bnpt\.(?:ArrayLike|NDArray\[[^]]*\])")
 CONSTANT = re.compile(r"=([A-Z][A-Z_]+)\b")
 
 
-def list_attributes(
+def head_lists(
     _app: Any, what: str, _name: str, value: Any, _options: Any, lines: list[str]
 ) -> None:
-    """Turn the list of a dataclass's fields into the section Attributes, with their types."""
-    if what != "class" or not dataclasses.is_dataclass(value) or "Parameters" in lines:
+    """Turn a list of fields or parameters, and what is returned and raised, into sections."""
+    if "Parameters" in lines or what not in ("class", "exception", "function", "method"):
         return
-    kinds = {field.name: field.type for field in dataclasses.fields(value)}
-    text, fields, inside = [], [], False
+    fields = what == "class" and dataclasses.is_dataclass(value)
+    kinds = getattr(value, "__annotations__", {})
+    if fields:
+        kinds = {field.name: field.type for field in dataclasses.fields(value)}
+    first = "Attributes" if fields else "Parameters"
+    sections: dict[str, list[str]] = {first: [], "Returns": [], "Raises": [], "Warns": []}
+    text, section = [], None
     for line in lines:
         if match := FIELD.match(line):
-            names = re.findall(r"`(\w+)`", match[1])
-            kind = re.sub(r"_(?!\w)", r"\_", str(kinds.get(names[0], "")))
-            fields += [f"{', '.join(names)} : {kind}", f"    {match[2]}"]
-            inside = True
-        elif inside and line.startswith("  "):
-            fields.append(f"    {line.strip()}")
+            section = sections[first]
+            names = re.findall(r"`(\w+)`", match["names"])
+            kind = _kind(kinds.get(names[0]), match["shape"], match["optional"])
+            section += [f"{', '.join(names)} : {kind}".removesuffix(" : ")]
+            section += [f"    {match['text'].removeprefix(':').strip()}"]
+        elif match := OUTCOME.match(line):
+            section = sections[match["what"].capitalize()]
+            kind = match["kind"] or _kind(kinds.get("return"), match["shape"])
+            section += [kind.strip(), f"    {match['text']}"]
+        elif section is not None and line.startswith("  "):
+            section.append(f"    {line.strip()}")
         else:
-            inside = False
+            section = None
             text.append(line)
-    if fields:
-        lines[:] = [*text, "", "Attributes", "----------", *fields, ""]
+    for name, entries in sections.items():
+        if entries:
+            text += ["", name, "-" * len(name), *entries, ""]
+    lines[:] = text
 
 
-SEE_ALSO = re.compile(r"^See Also\n-+\n(.+?)(?=\n\n|\Z)", re.MULTILINE | re.DOTALL)
+def _kind(annotation: Any, shape: str | None, optional: str | None = None) -> str:
+    """Return type, shape and whether it may be left out, as numpydoc writes them."""
+    kind = re.sub(r"_(?!\w)", r"\_", ARRAY.sub("array", str(annotation or "")))
+    parts = (kind, f"shape{shape}" if shape else "", "optional" if optional else "")
+    return ", ".join(filter(None, parts))
+
+
+SEE_ALSO = re.compile(r"^See Also\n-+\n(.+?)(?=\n\n|\n?\Z)", re.MULTILINE | re.DOTALL)
 
 
 def describe_see_also(
@@ -251,6 +283,8 @@ def show_values(
 
     def shown(match: re.Match[str]) -> str:
         constant = names.get(match[1])
+        if dataclasses.is_dataclass(constant):
+            return f"={type(constant).__name__}(…)"
         return f"={constant!r}" if isinstance(constant, int | float | str | tuple) else match[0]
 
     return (CONSTANT.sub(shown, signature), returns) if signature and names else None
@@ -295,7 +329,7 @@ def setup(app: Any) -> None:
     write_live_page(HERE / "_live" / "interactive.html")
     app.connect("build-finished", copy_mathjax)
     app.connect("missing-reference", link_outside)
-    app.connect("autodoc-process-docstring", list_attributes, priority=400)
+    app.connect("autodoc-process-docstring", head_lists, priority=400)
     app.connect("autodoc-process-docstring", describe_see_also, priority=400)
     app.connect("autodoc-process-signature", show_values)
     app.connect("source-read", write_from_code)

@@ -12,6 +12,7 @@ import sys
 import tempfile
 import tomllib
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -156,12 +157,25 @@ def linked(text: str, link: str) -> str:
     return CITED.sub(replaced, text)
 
 
+EQUATIONS = ("physics", "compressor-physics", "exploration")
+OF_PHYSICS = re.compile(r"`([a-z]\w*)(\.\w+)`")
+
+
+def _link_of_physics(match: re.Match[str]) -> str:
+    """Link a function that a table of equations names, where its module has a page."""
+    if find_spec(f"deboom.physics.{match[1]}") is None:
+        return match[0]
+    return f"{{py:obj}}`{match[1]}{match[2]} <deboom.physics.{match[1]}{match[2]}>`"
+
+
 def link_page(app: Any, name: str, source: list[str]) -> None:
     """Link the citations of a page in Markdown and of an example, whose pictures are described."""
     if name.startswith("gallery/"):
         title = re.search(r"^(.+)\n===", source[0], re.MULTILINE)
         named = re.sub(r":alt: plot .*", f":alt: {title[1]}" if title else ":alt:", source[0])
         source[0] = linked(named, ":ref:`{name} <{label}>`")
+    elif name in EQUATIONS:
+        source[0] = linked(OF_PHYSICS.sub(_link_of_physics, source[0]), "[{name}](#{label})")
     elif app.env.doc2path(name).suffix == ".md" and name != "bibliography":
         source[0] = linked(source[0], "[{name}](#{label})")
 

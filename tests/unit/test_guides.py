@@ -22,6 +22,7 @@ from deboom.files.acceptance import read_delivered_parts
 from deboom.files.folders import new_folder
 from deboom.files.kinds import FolderKind
 from deboom.files.rows import PlacedImpact
+from deboom.files.supplier_words import WORDS
 from deboom.files.tables import read_table
 from deboom.files.time_data import WavChannel
 from deboom.files.units import parse_unit
@@ -496,6 +497,18 @@ LIMITS = [
 def test_a_limit_in_a_guide_is_that_of_the_code(guide, pattern, constant):
     (said,) = figures_in(text_of(guide), pattern)
     assert float(said.replace(" ", "")) == constant
+
+
+@pytest.mark.parametrize(
+    ("page", "language"), [("for-mount-suppliers", "en"), ("fuer-lagerlieferanten", "de")]
+)
+def test_suppliers_read_about_columns_in_the_words_of_their_sheet(page, language):
+    on_the_sheet = {part for word in WORDS.values() for part in getattr(word, language).split(", ")}
+    table = text_of(page).split("|---|---|\n")[1].split("\n\n")[0].replace(r"\|", "¦")
+    columns = re.findall(r"^\| (.*?) \|", table, flags=re.M)
+    terms = {term for column in columns for term in re.split("[,;] ", column.replace("¦", "|"))}
+    assert len(columns) == 8
+    assert terms <= on_the_sheet
 
 
 def test_the_sheet_of_the_guide_has_the_state_and_stiffness_of_the_pinned_one():

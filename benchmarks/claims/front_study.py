@@ -60,7 +60,7 @@ def claims() -> list[Claim]:
         ),
         *moved,
         at_most(
-            f"both searches, the longest of {len(SEEDS)} seeds; a run with its report, their mean [s]",
+            f"both searches, longest of {len(SEEDS)} seeds; a run with its report, mean [s]",
             60,
             [searched, seconds],
             1,

@@ -30,8 +30,8 @@ from reference_pages import argument_types, write_reference
 from types_on_the_path import table
 
 HERE = Path(__file__).parent
-os.environ["PATH"] = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
 # the tutorials type deboom
+os.environ["PATH"] = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
 project = "deboom"
 author = "The deboom developers"
 copyright = author  # noqa: A001 (Sphinx's name)

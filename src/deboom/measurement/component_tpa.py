@@ -261,7 +261,7 @@ def component_tpa(
     inversion : Inversion
         Regularisation; by default Tikhonov, its amount by cross-validation at each line.
     seed : int
-        Of the measurements repeated in thought behind the intervals, from 1.
+        From 1; of the simulated repeats of the measurement that give the intervals.
 
     Returns
     -------

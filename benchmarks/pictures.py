@@ -15,6 +15,7 @@ from pathlib import Path
 
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.bench.example import DATA
+from deboom.language import Language
 from deboom.runs.interactive_page import write_interactive_page
 from deboom.runs.runner import load_study, run_study
 from deboom.runs.supplier_sheets import supplier_sheets
@@ -29,7 +30,7 @@ PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"
 PARTS = DATA / "delivered_parts.csv"
 EXAMPLE = ROOT / "results" / "sensitivity" / "example"
 QUOTED = ROOT / "tests" / "golden" / "quoted"
-SCREEN, A4 = (1440, 900), (820, 1160)
+SCREEN, A4, NUMBERED_SHEET = (1440, 900), (820, 1160), (820, 1250)
 """Width and height of photographed pages [px]."""
 PAINTED_S = 5.0
 """Wait until a page has computed what it shows [s]."""
@@ -47,7 +48,7 @@ NUMBERED = (
     "figure:not(.aside) img",
     "body > div:nth-of-type(4) th:nth-child(7)",
 )
-"""Parts of a sheet that `docs/guides/for-mount-suppliers.md` explains, in the order of its list."""
+"""Parts of a sheet that the guides for mount suppliers explain, in the order of their list."""
 NUMBER = """
 (selectors => selectors.forEach((selector, k) => {
   const place = document.querySelector(selector).getBoundingClientRect()
@@ -65,7 +66,6 @@ PICTURES = {
     "pareto_front": "pareto_front",
     "stiffness_bars": "stiffness_bars",
     "sensitivity_sobol": "sobol",
-    "correlation_within_group_families": "families",
 }
 """Figures of a run that README and guides show, and their names there."""
 
@@ -99,12 +99,16 @@ def main() -> None:
 
 def _first_pages(front: Path, box: Path, target: Path) -> None:
     """Photograph what README shows first: a first screen, a sheet, the page that computes."""
-    sheets = supplier_sheets(front, mount="TSM", files=SheetFiles(box=box))
-    sheet = next(path for path in sheets.files if path.suffix == ".html")
+    sheets = {}
+    for language in Language:
+        out = front / f"sheets_{language}"
+        files = SheetFiles(box=box)
+        written = supplier_sheets(front, mount="TSM", files=files, language=language, out=out)
+        sheets[language] = next(path for path in written.files if path.suffix == ".html")
     live = write_interactive_page(front, studies=None)
     pages = (
         ("first_screen", front / "report.html", SCREEN),
-        ("supplier_sheet", sheet, A4),
+        ("supplier_sheet", sheets[Language.en], A4),
         ("live_page", live, SCREEN),
     )
     browser = Browser()
@@ -114,14 +118,18 @@ def _first_pages(front: Path, box: Path, target: Path) -> None:
             time.sleep(PAINTED_S)
             (target / f"{name}.png").write_bytes(browser.picture())
             print(target / f"{name}.png")
-        _number_sheet(browser, sheet, target / "supplier_sheet_numbered.png")
+        for language, name in (
+            (Language.en, "supplier_sheet_numbered"),
+            (Language.de, "supplier_sheet_numbered_de"),
+        ):
+            _number_sheet(browser, sheets[language], target / f"{name}.png")
     finally:
         browser.close()
 
 
 def _number_sheet(browser: Browser, sheet: Path, picture: Path) -> None:
     """Photograph a sheet with a number on each part that the guide explains."""
-    browser.open(sheet, *A4)
+    browser.open(sheet, *NUMBERED_SHEET)
     browser.value(NUMBER % json.dumps(NUMBERED))
     picture.write_bytes(browser.picture())
     print(picture)

@@ -19,6 +19,7 @@ SOUGHT = (
     "acceptance box",
     "modeFRONTIER",
     "licence",
+    "license",
     "supplier sheet",
 )
 """What is typed into the search of the site."""

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import os
+import pydoc
 import re
 import shutil
 import sys
 import tempfile
 import tomllib
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +30,8 @@ from reference_pages import argument_types, write_reference
 from types_on_the_path import table
 
 HERE = Path(__file__).parent
+# the tutorials type deboom
+os.environ["PATH"] = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
 project = "deboom"
 author = "The deboom developers"
 copyright = author  # noqa: A001 (Sphinx's name)
@@ -54,6 +59,7 @@ mathjax_path = "mathjax/tex-svg.js"
 MATHJAX = files("mathjax") / "static" / "mathjax"
 """MathJax with its licence (Apache 2.0), from the package django-static-mathjax."""
 html_css_files = ["site.css"]
+html_search_scorer = "search_scorer.js"
 html_show_sourcelink = False
 html_theme_options = {
     "navbar_end": ["theme-switcher"],
@@ -105,6 +111,7 @@ sphinx_gallery_conf = {
     "min_reported_time": 1000,
     "plot_gallery": True,
     "capture_repr": ("_repr_html_",),
+    "image_srcset": ["2x"],
     "backreferences_dir": "api/backreferences",
     "doc_module": ("deboom",),
 }
@@ -151,10 +158,25 @@ def linked(text: str, link: str) -> str:
     return CITED.sub(replaced, text)
 
 
+EQUATIONS = ("physics", "compressor-physics", "exploration")
+OF_PHYSICS = re.compile(r"`([a-z]\w*)(\.\w+)`")
+
+
+def _link_of_physics(match: re.Match[str]) -> str:
+    """Link a function that a table of equations names, where its module has a page."""
+    if find_spec(f"deboom.physics.{match[1]}") is None:
+        return match[0]
+    return f"{{py:obj}}`{match[1]}{match[2]} <deboom.physics.{match[1]}{match[2]}>`"
+
+
 def link_page(app: Any, name: str, source: list[str]) -> None:
-    """Link the citations of a page in Markdown, and of an example."""
+    """Link the citations of a page in Markdown and of an example, whose pictures are described."""
     if name.startswith("gallery/"):
-        source[0] = linked(source[0], ":ref:`{name} <{label}>`")
+        title = re.search(r"^(.+)\n===", source[0], re.MULTILINE)
+        named = re.sub(r":alt: plot .*", f":alt: {title[1]}" if title else ":alt:", source[0])
+        source[0] = linked(named, ":ref:`{name} <{label}>`")
+    elif name in EQUATIONS:
+        source[0] = linked(OF_PHYSICS.sub(_link_of_physics, source[0]), "[{name}](#{label})")
     elif app.env.doc2path(name).suffix == ".md" and name != "bibliography":
         source[0] = linked(source[0], "[{name}](#{label})")
 
@@ -187,32 +209,78 @@ def link_docstring(
     lines[:] = linked("\n".join(lines), ":ref:`{name} <{label}>`").split("\n")
 
 
-FIELD = re.compile(r"^- ((?:`\w+`(?: \([^)]*\))?(?:, )?)+)(?:, optional)?: (.*)$")
-"""First line of a field in the docstring of a class."""
+FIELD = re.compile(
+    r"^- (?P<names>`\w+`(?P<shape> \([^)]*\))?(?:, `\w+`(?: \([^)]*\))?)*)"
+    r"(?P<optional>, optional)?(?P<text>[: ].*)$"
+)
+"""First line of a field in the docstring of a class, or of a parameter in that of a method."""
+OUTCOME = re.compile(
+    r"^- (?P<what>returns|raises|warns)(?P<kind> [A-Z]\w+)?(?P<shape> \([^)]*\))?:? ?(?P<text>.*)$"
+)
+ARRAY = re.compile(r"\b(?:[A-Z]\w*)?Array\b|\bnpt\.(?:ArrayLike|NDArray\[[^]]*\])")
 CONSTANT = re.compile(r"=([A-Z][A-Z_]+)\b")
 
 
-def list_attributes(
+def head_lists(
     _app: Any, what: str, _name: str, value: Any, _options: Any, lines: list[str]
 ) -> None:
-    """Turn the list of a dataclass's fields into the section Attributes, with their types."""
-    if what != "class" or not dataclasses.is_dataclass(value) or "Parameters" in lines:
+    """Turn a list of fields or parameters, and what is returned and raised, into sections."""
+    if "Parameters" in lines or what not in ("class", "exception", "function", "method"):
         return
-    kinds = {field.name: field.type for field in dataclasses.fields(value)}
-    text, fields, inside = [], [], False
+    fields = what == "class" and dataclasses.is_dataclass(value)
+    kinds = getattr(value, "__annotations__", {})
+    if fields:
+        kinds = {field.name: field.type for field in dataclasses.fields(value)}
+    first = "Attributes" if fields else "Parameters"
+    sections: dict[str, list[str]] = {first: [], "Returns": [], "Raises": [], "Warns": []}
+    text, section = [], None
     for line in lines:
         if match := FIELD.match(line):
-            names = re.findall(r"`(\w+)`", match[1])
-            kind = re.sub(r"_(?!\w)", r"\_", str(kinds.get(names[0], "")))
-            fields += [f"{', '.join(names)} : {kind}", f"    {match[2]}"]
-            inside = True
-        elif inside and line.startswith("  "):
-            fields.append(f"    {line.strip()}")
+            section = sections[first]
+            names = re.findall(r"`(\w+)`", match["names"])
+            kind = _kind(kinds.get(names[0]), match["shape"], match["optional"])
+            section += [f"{', '.join(names)} : {kind}".removesuffix(" : ")]
+            section += [f"    {match['text'].removeprefix(':').strip()}"]
+        elif match := OUTCOME.match(line):
+            section = sections[match["what"].capitalize()]
+            kind = match["kind"] or _kind(kinds.get("return"), match["shape"])
+            section += [kind.strip(), f"    {match['text']}"]
+        elif section is not None and line.startswith("  "):
+            section.append(f"    {line.strip()}")
         else:
-            inside = False
+            section = None
             text.append(line)
-    if fields:
-        lines[:] = [*text, "", "Attributes", "----------", *fields, ""]
+    for name, entries in sections.items():
+        if entries:
+            text += ["", name, "-" * len(name), *entries, ""]
+    lines[:] = text
+
+
+def _kind(annotation: Any, shape: str | None, optional: str | None = None) -> str:
+    """Return type, shape and whether it may be left out, as numpydoc writes them."""
+    kind = re.sub(r"_(?!\w)", r"\_", ARRAY.sub("array", str(annotation or "")))
+    parts = (kind, f"shape{shape}" if shape else "", "optional" if optional else "")
+    return ", ".join(filter(None, parts))
+
+
+SEE_ALSO = re.compile(r"^See Also\n-+\n(.+?)(?=\n\n|\n?\Z)", re.MULTILINE | re.DOTALL)
+
+
+def describe_see_also(
+    _app: Any, _what: str, _name: str, _value: Any, _options: Any, lines: list[str]
+) -> None:
+    """Write the first line of its docstring beside each name of a See Also."""
+
+    def described(match: re.Match[str]) -> str:
+        names = re.split(r",\s+|\n", match[1])
+        entries = [f":obj:`~{name}`\n    {_first_line(pydoc.locate(name))}" for name in names]
+        return "See Also\n--------\n" + "\n".join(entries)
+
+    lines[:] = SEE_ALSO.sub(described, "\n".join(lines)).split("\n")
+
+
+def _first_line(value: Any) -> str:
+    return (inspect.getdoc(value) or "").partition("\n")[0]
 
 
 def show_values(
@@ -230,6 +298,8 @@ def show_values(
 
     def shown(match: re.Match[str]) -> str:
         constant = names.get(match[1])
+        if dataclasses.is_dataclass(constant):
+            return f"={type(constant).__name__}(…)"
         return f"={constant!r}" if isinstance(constant, int | float | str | tuple) else match[0]
 
     return (CONSTANT.sub(shown, signature), returns) if signature and names else None
@@ -274,7 +344,8 @@ def setup(app: Any) -> None:
     write_live_page(HERE / "_live" / "interactive.html")
     app.connect("build-finished", copy_mathjax)
     app.connect("missing-reference", link_outside)
-    app.connect("autodoc-process-docstring", list_attributes, priority=400)
+    app.connect("autodoc-process-docstring", head_lists, priority=400)
+    app.connect("autodoc-process-docstring", describe_see_also, priority=400)
     app.connect("autodoc-process-signature", show_values)
     app.connect("source-read", write_from_code)
     app.connect("source-read", link_page)

@@ -1,6 +1,6 @@
 """Identify a mounted compressor from its roving-hammer test.
 
-FOLDER holds compressor_test.toml, the position sheet (xlsx or CSV), frf.uff and coherence.uff,
+FOLDER has compressor_test.toml, the position sheet (xlsx or CSV), frf.uff and coherence.uff,
 or the hits over time in hits/. `deboom bench compressor FOLDER` writes a virtual one. Without
 FOLDER a virtual compressor is measured, identified and compared with its truth: --seed 1 has the
 mounts of the thesis's table 11, other seeds have random mounts.

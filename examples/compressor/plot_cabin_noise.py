@@ -9,7 +9,6 @@ the ear (thesis, section 4.5 and figure 65), beside what the microphone measured
 import tempfile
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import deboom
@@ -25,12 +24,16 @@ sweeps[0].table
 # The first sweep, with the hoses of the vehicle: they carry the sound above 60 Hz.
 
 noise = sweeps[0]
-figure, axes = plt.subplots(layout="constrained")
-axes.plot(noise.frequency, noise.level(noise.measured), "k", label="measured")
-axes.plot(noise.frequency, noise.level(noise.total), label="mounts and hoses")
-axes.plot(noise.frequency, noise.level(noise.by_mounts), "--", label="mounts alone")
-axes.set(xlabel="frequency of the rotation [Hz]", ylabel="level at the ear [dB(A)]")
-axes.legend()
+panel = deboom.plot.CurvePanel(
+    "A compressor in an electric car, at the ear",
+    noise.frequency,
+    {
+        "measured": noise.level(noise.measured),
+        "mounts and hoses": noise.level(noise.total),
+        "mounts alone": noise.level(noise.by_mounts),
+    },
+)
+deboom.plot.curve_panels([panel], y_label="level [dB(A)]", dashed=["measured"])
 
 # %%
 # With all paths the synthesis follows the measurement; without the hoses it misses by far more.
@@ -40,6 +43,4 @@ error, without = (
     np.median(np.abs(noise.table[name] - noise.table["measured [dB(A)]"])[inside])
     for name in ("synthesised [dB(A)]", "mounts alone [dB(A)]")
 )
-print(f"median error {error:.2f} dB, without hoses {without:.1f} dB, alarms {running.alarms}")
-assert error < 1.0
-assert without > 2 * error
+print(f"median error {error:.2f} dB, without hoses {without:.1f} dB")

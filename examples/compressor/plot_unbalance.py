@@ -10,7 +10,6 @@ forces.
 import tempfile
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import deboom
@@ -18,28 +17,35 @@ import deboom
 folder = Path(tempfile.mkdtemp()) / "running"
 deboom.bench.write_operating_test(folder, seed=1)
 test = deboom.read_operating_test(folder)
-found = deboom.unbalance(test, deboom.identify(test.hammer))
-found.table
+rotor = deboom.unbalance(test, deboom.identify(test.hammer))
+rotor.table
 
 # %%
 # Line by line, with the band of everything that is not known exactly. Gas that rotates with the
 # rotor adds to the curve below 3000 1/min and is not in the band: there the truth lies outside.
 
-figure, axes = plt.subplots(layout="constrained")
-for sweep in found.chosen.sweeps:
+panels = []
+for sweep in rotor.chosen.sweeps:
     band = sweep.static.both
-    axes.plot(sweep.speed, 1e6 * np.abs(band.value), label=sweep.sweep)
-    axes.fill_between(sweep.speed, 1e6 * band.lower, 1e6 * band.upper, alpha=0.2)
-axes.axhline(20, color="k", linewidth=0.8, label="truth")
-axes.set(xlabel="speed [1/min]", ylabel="static unbalance [g mm]", ylim=(10, 30))
-axes.legend()
+    panel = deboom.plot.CurvePanel(
+        f"Static unbalance, sweep {sweep.sweep}",
+        sweep.speed,
+        {"identified": 1e6 * np.abs(band.value), "truth": np.full(sweep.speed.size, 20.0)},
+        ranges={"identified": (1e6 * band.lower, 1e6 * band.upper)},
+    )
+    panels.append(panel)
+deboom.plot.curve_panels(
+    panels,
+    x_label="speed [1/min]",
+    y_label="static unbalance [g mm]",
+    columns=2,
+    dashed=["truth"],
+    share_y=True,
+)
 
 # %%
-# The fit over all lines tells the unbalance from gas that turns along with it.
+# The fit over all lines separates the unbalance from gas that turns along with it.
 
-sources = found.chosen.sources
+sources = rotor.chosen.sources
 static, dynamic = 1e6 * abs(sources.static.value), 1e9 * abs(sources.dynamic.value)
-print(f"{static:.2f} g mm, {dynamic:.0f} g mm², alarms {found.alarms}")
-assert abs(static / 20 - 1) < 0.02
-assert abs(dynamic / 1200 - 1) < 0.03
-assert found.alarms == ()
+print(f"{static:.2f} g mm, {dynamic:.0f} g mm², alarms {rotor.alarms}")

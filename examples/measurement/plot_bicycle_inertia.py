@@ -14,12 +14,12 @@ Data to download:
 
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import deboom
 
-DATA = Path("../../tests/data/bicycle-inertia")  # or the folder of the files that you downloaded
+# the data in a clone, or downloaded beside this file
+DATA = next(p for p in (Path("../../tests/data/bicycle-inertia"), Path()) if p.exists())
 
 
 def read(name):
@@ -32,29 +32,25 @@ def read(name):
 # %%
 # A rod of known size hangs on the wire first; the wheel swings about its rim, then on the wire.
 
-
-def wheel(sheet):
-    """Return inertia and deviation about diameter and axle of the front wheel [kg m²]."""
+names, swung, published = [], [], []
+for bicycle in ("Browser", "Pista"):
+    sheet, benchmark = read(f"{bicycle}Measured.txt"), read(f"{bicycle}Benchmark.txt")
     mass, length, diameter = sheet["mP"][0], sheet["lP"][0], sheet["dP"][0]
     rod = mass / 12 * (3 * (diameter / 2) ** 2 + length**2), 0.0
-    about_diameter = deboom.torsion_inertia(sheet["TtF1"], sheet["TtP1"], rod)
-    about_axle = deboom.pendulum_inertia(sheet["mF"], sheet["lF"], sheet["TcF1"], sheet["g"])
-    return np.array([about_diameter, about_axle])
-
+    swung += [
+        deboom.torsion_inertia(sheet["TtF1"], sheet["TtP1"], rod),
+        deboom.pendulum_inertia(sheet["mF"], sheet["lF"], sheet["TcF1"], sheet["g"]),
+    ]
+    published += [benchmark["IFxx"], benchmark["IFyy"]]
+    names += [f"{bicycle}, about a diameter", f"{bicycle}, about the axle"]
 
 # %%
 # Both bicycles, with two standard deviations, beside the printed numbers.
 
-figure, axes = plt.subplots(layout="constrained")
-for place, name in enumerate(("Browser", "Pista")):
-    printed = read(f"{name}Benchmark.txt")
-    published = np.array([printed["IFxx"], printed["IFyy"]])
-    inertia = wheel(read(f"{name}Measured.txt"))
-    at = [place - 0.2, place + 0.2]
-    axes.bar(at, inertia[:, 0], 0.35, yerr=2 * inertia[:, 1], color=["C0", "C1"])
-    axes.plot(at, published[:, 0], "kx")
-    print(name, inertia.round(6).tolist())
-    assert np.allclose(inertia[:, 0], published[:, 0], rtol=1e-9)
-    assert np.allclose(inertia[1, 1], published[1, 1], rtol=1e-3)
-axes.set_ylabel("inertia about diameter and axle [kg m²]")
-axes.set_xticks([0, 1], ["Browser", "Pista"])
+groups = {"swing tests and deboom": swung, "as published": published}
+bounds = {}
+for label, pairs in groups.items():
+    value, deviation = np.transpose(pairs)
+    bounds[label] = (value, value - 2 * deviation, value + 2 * deviation)
+panel = deboom.plot.IntervalPanel("inertia [kg m²]", bounds, title="Front wheels of two bicycles")
+deboom.plot.interval_panels(names, [panel])

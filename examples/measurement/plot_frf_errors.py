@@ -6,9 +6,9 @@ One shaker, noise in both channels and blocks that overlap: which estimate is bi
 coherence says of the error, and what overlapping is worth.
 """
 
-import matplotlib.pyplot as plt
 import numpy as np
 
+import deboom
 from deboom.physics import frf
 
 RATE, LENGTH, STEP = 512.0, 512, 256
@@ -31,8 +31,8 @@ spectra = frf.cross_spectra(
 )
 
 # %%
-# Noise in the input makes H1 too small, noise in the output makes H2 too large; Hv, which is told
-# how the noises compare, is right on average.
+# Noise in the input makes H1 too small, noise in the output makes H2 too large; Hv, which is given
+# the ratio of the noises, is right on average.
 
 lines = slice(2, 60)
 frequency = np.arange(LENGTH // 2 + 1)[lines] * RATE / LENGTH
@@ -43,11 +43,10 @@ estimates = {
     "H2": frf.h2(spectra),
 }
 ratios = {name: np.abs(values[lines, 0, 0]) / true for name, values in estimates.items()}
-figure, axes = plt.subplots(layout="constrained")
-for name, ratio in ratios.items():
-    axes.plot(frequency, ratio, label=name)
-axes.set(xlabel="frequency [Hz]", ylabel="|H| over the true one [1]")
-axes.legend()
+panel = deboom.plot.CurvePanel(
+    "Three estimates of one noisy function", frequency, ratios | {"truth": np.ones(frequency.size)}
+)
+deboom.plot.curve_panels([panel], y_label="|H| over the true one [1]", dashed=["truth"])
 
 # %%
 # The coherence says how large the error by chance is, of magnitude and of phase. With one input the
@@ -56,18 +55,5 @@ axes.legend()
 coherence = frf.partial_coherence(spectra)[lines, 0, 0]
 chance = frf.magnitude_error(coherence, worth)
 turn = np.degrees(frf.phase_error(coherence, worth))
-bias = frf.coherence_bias(coherence, worth)
-print(f"coherence {coherence.mean():.2f}, too large by {bias.mean():.4f}")
+print(f"coherence {coherence.mean():.2f}")
 print(f"error by chance {100 * chance.mean():.1f} % and {turn.mean():.1f}°")
-
-assert ratios["H1"].mean() < ratios["Hv"].mean() < ratios["H2"].mean()
-assert abs(ratios["Hv"].mean() - 1) < 0.02
-assert ratios["H1"].std() < 2 * chance.mean()
-
-# %%
-# Hammer tests have another error: an exponential window damps what it measures. It is taken off.
-
-damping = frf.corrected_damping_ratio(0.030, 40.0, time_constant=0.5)
-print(f"fitted 3.0 % at 40 Hz with a window of 0.5 s: the body has {100 * damping:.2f} %")
-
-assert np.isclose(damping, 0.030 - 1 / (2 * np.pi * 40.0 * 0.5), atol=1e-5)

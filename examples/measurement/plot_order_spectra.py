@@ -11,9 +11,9 @@ Data to download:
 
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
+import deboom
 from deboom.physics.order_tracking import vold_kalman
 
 # %%
@@ -37,25 +37,22 @@ record = (
 
 orders = np.array([0.5, 1.5, 3.0])
 phase = orders * angle[:, np.newaxis]
-found = vold_kalman(record[:, np.newaxis], phase, rate, np.full(3, 6.0))[:, :, 0]
+envelopes = vold_kalman(record[:, np.newaxis], phase, rate, np.full(3, 6.0))[:, :, 0]
 
 # %%
-# Every 400th sample of ROTA, away from the ends of the record.
+# Every 400th sample of ROTA, away from the ends of the record, in the data of a clone or downloaded
+# beside this file.
 
-DATA = Path("../../tests/data/rota-order")  # or the folder of the files that you downloaded
-columns = np.genfromtxt(DATA / "envelopes.csv", delimiter=",", names=True)
+data = next(p for p in (Path("../../tests/data/rota-order"), Path()) if p.exists())
+columns = np.genfromtxt(data / "envelopes.csv", delimiter=",", names=True)
 rota = np.array([columns[f"re_{q:g}".replace(".", "")] for q in orders])
 rota = rota + 1j * np.array([columns[f"im_{q:g}".replace(".", "")] for q in orders])
 inside = (columns["time_s"] > 1.0) & (columns["time_s"] < 7.0)
 
-figure, axes = plt.subplots(layout="constrained")
-for order, mine, other in zip(orders, found.T, rota, strict=True):
-    axes.plot(rpm, np.abs(mine), label=f"order {order:g}")
-    axes.plot(rpm[::400][inside], np.abs(other[inside]), "kx", markersize=4)
-axes.plot([], [], "kx", markersize=4, label="ROTA")
-axes.set(xlabel="engine speed [1/min]", ylabel="amplitude [m/s²]")
-axes.legend()
-
-difference = np.abs(found[::400].T - rota)[:, inside].max(axis=1)
-print("largest difference of orders", orders, difference)
-assert difference.max() < 1e-9
+curves = {f"order {q:g}": np.abs(mine) for q, mine in zip(orders, envelopes.T, strict=True)}
+points = {
+    f"order {q:g}": (rpm[::400][inside], np.abs(other[inside]))
+    for q, other in zip(orders, rota, strict=True)
+}
+panel = deboom.plot.CurvePanel("Orders of a run-up; dots: ROTA", rpm, curves, points=points)
+deboom.plot.curve_panels([panel], x_label="engine speed [1/min]", y_label="amplitude [m/s²]")

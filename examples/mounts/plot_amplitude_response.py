@@ -6,10 +6,10 @@ The stiffness of a mount falls with the amplitude that it causes (thesis, eq. 54
 and stiffness are solved together at every line by a fixed point.
 """
 
-import matplotlib.pyplot as plt
 import numpy as np
 
-from deboom.physics.forced_response import amplitude_dependent_response, forced_response
+import deboom
+from deboom.physics.forced_response import amplitude_dependent_response
 
 MASS, STIFFNESS = np.array([[200.0]]), 2.0e6  # [kg], [N/m]
 lines = np.arange(8.0, 25.0, 0.05)
@@ -27,21 +27,12 @@ def softening(amplitude):
 # %%
 # The resonance moves down as the load rises.
 
-figure, axes = plt.subplots(layout="constrained")
-peaks = {}
+per_newton = {}
 for load in (10.0, 100.0, 400.0):
     force = np.full((lines.size, 1), load)
     steady = amplitude_dependent_response(MASS, softening, force, lines, np.eye(1))
-    per_newton = np.abs(steady.displacement[:, 0]) / load
-    peaks[load] = lines[per_newton.argmax()]
-    axes.plot(lines, 1e6 * per_newton, label=f"{load:g} N")
-axes.set(xlabel="frequency [Hz]", ylabel="displacement per force [µm/N]")
-axes.legend()
+    per_newton[f"{load:g} N"] = 1e6 * np.abs(steady.displacement[:, 0]) / load
+panel = deboom.plot.CurvePanel("A mass on rubber that softens", lines, per_newton)
+deboom.plot.curve_panels([panel], y_label="displacement per force [µm/N]")
 
-# %%
-# The solution is one: the response at the stiffness of its own amplitude.
-
-again = forced_response(MASS, softening(steady.amplitude), force, lines)
-print({f"{load:g} N": f"{peak:.2f} Hz" for load, peak in peaks.items()})
-assert np.allclose(again, steady.displacement, rtol=1e-8)
-assert peaks[400.0] < peaks[100.0] < peaks[10.0]
+print({load: f"{lines[curve.argmax()]:.2f} Hz" for load, curve in per_newton.items()})

@@ -2,11 +2,9 @@
 Elementary effects after Morris
 ===============================
 
-A few trajectories tell variables that matter from those that do not, before a Sobol analysis
+A few trajectories separate variables that matter from those that do not, before a Sobol analysis
 spends thousands of evaluations. SALib computes both.
 """
-
-import matplotlib.pyplot as plt
 
 import deboom
 
@@ -20,21 +18,20 @@ mean = effects.table.groupby("variable", sort=False).mean(numeric_only=True)
 mean.sort_values("mu* per line [dB(A)]").tail(4)
 
 # %%
-# Effects that are large with little spread are straight; those above the line bend or interact.
+# Effects that are large with little spread are straight; the others bend or interact. Bars reach
+# from the least to the largest of the five cars.
 
-figure, axes = plt.subplots(layout="constrained")
-reach, spread = (mean[f"{name} [dB(A)]"] / model.n_lines for name in ("mu*", "sigma"))
-axes.scatter(reach, spread)
-for name in reach.nlargest(5).index:
-    axes.annotate(name, (reach[name], spread[name]))
-axes.axline((0, 0), slope=1, color="k", linewidth=0.8)
-axes.margins(0.12)
-axes.set(xlabel="mu* per line [dB]", ylabel="sigma of the effects per line [dB]")
+of_cars = effects.table.groupby("variable", sort=False)
+panels = []
+for title, column in (("Size, mu*", "mu* [dB(A)]"), ("Spread, sigma", "sigma [dB(A)]")):
+    values = of_cars[column].agg(["mean", "min", "max"]) / model.n_lines
+    bounds = {"five cars": values.to_numpy().T}
+    panels.append(deboom.plot.IntervalPanel("effect per line [dB]", bounds, title=title))
+deboom.plot.interval_panels(list(mean.index), panels)
 
 # %%
 # The ranking agrees with the total Sobol indices.
 
-total = deboom.sobol(model, space, n=128, seed=1).table
-sobol = total.groupby("variable")["total [1]"].mean()
-assert set(mean["mu* [dB(A)]"].nlargest(3).index) == set(sobol.nlargest(3).index)
-assert mean["mu* [dB(A)]"].idxmax() == "TSM x"
+total = deboom.sobol(model, space, n=128, seed=1).table.groupby("variable")["total [1]"].mean()
+print("Morris", list(mean["mu* [dB(A)]"].nlargest(3).index))
+print("Sobol ", list(total.nlargest(3).index))

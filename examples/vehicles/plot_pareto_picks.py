@@ -3,7 +3,7 @@ Designs picked from a front
 ===========================
 
 Best-mean, best scatter and what is quieter without a vehicle louder than today: what the front
-offers, told in decibels per line and vehicle instead of sums over all of them.
+offers, in decibels per line and vehicle instead of sums over all of them.
 """
 
 import numpy as np
@@ -44,7 +44,3 @@ again = deboom.search(robust, population=40, generations=30, seed=2, verified_wi
 difference = deboom.compare(front, again, draws=256)
 print(difference.table.to_string(index=False))
 print(difference.text)
-
-assert difference.verdict.value == "within noise"
-assert change.mean() < -0.3
-assert np.all(np.diff(front.table["SPLV mean sum in search [dB(A)]"]) > 0)

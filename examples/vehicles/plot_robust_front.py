@@ -7,8 +7,6 @@ manufacture (thesis, figure 47). `deboom.RobustProblem` is a problem of pymoo, s
 algorithms will do.
 """
 
-import matplotlib.pyplot as plt
-import numpy as np
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 
@@ -30,21 +28,18 @@ result = minimize(deboom.RobustProblem(robust), NSGA2(40), ("n_gen", 30), seed=1
 # vehicles; per line and vehicle they are easier to read.
 
 front = deboom.search(robust, population=40, generations=30, seed=1, verified_with=256)
-today = front.baseline.objectives[0]
-
-figure, axes = plt.subplots(layout="constrained")
-for sums, style in (
-    (result.F, {"marker": "x", "label": "pymoo, as searched"}),
-    (front.values.objectives, {"s": 14, "label": "deboom, verified"}),
-    (today[np.newaxis], {"marker": "D", "color": "black", "label": "today"}),
-):
-    axes.scatter(*(front.per_line * sums).T, **style)
-axes.set(xlabel="mean per line and vehicle [dB(A)]", ylabel="σ per line and vehicle [dB]")
-axes.legend()
+today = front.baseline.objectives[0] * front.per_line
+by_pymoo = (result.F[result.F[:, 0].argsort()] * front.per_line).T
+verified = (front.values.objectives * front.per_line).T
+deboom.plot.fronts(
+    {"pymoo, as searched": by_pymoo, "deboom, verified": verified},
+    {},
+    {"today": tuple(today)},
+    mean_label="mean per line and vehicle [dB(A)]",
+    sigma_label="σ per line and vehicle [dB]",
+)
 
 # %%
 # The best-mean against today.
 
-gain = (today[0] - front.values.objectives[:, 0].min()) * front.per_line
-print(f"{gain:.2f} dB quieter per line and vehicle")
-assert gain > 0.5
+print(f"{today[0] - verified[0].min():.2f} dB quieter per line and vehicle")

@@ -19,7 +19,7 @@ Folder = Annotated[Path, typer.Argument(help="A new or empty folder for the file
 Seed = Annotated[
     int,
     typer.Option(
-        help="Seed of errors and noise, and of what stands on the bench, 1 or higher; with 1, "
+        help="Seed of errors, noise and the measured object, 1 or higher; with 1, "
         "platform and vehicle are those of the shipped fleet."
     ),
 ]

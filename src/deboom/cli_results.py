@@ -182,7 +182,7 @@ def listen(
 ) -> None:
     """Hear a front: the run-up at the driver's ear with today's mounts and with a pick, as WAV.
 
-    You hear the model; what cars are expected to show stands on the page of the run. All files have
+    You hear the model; the page of the run says what cars are expected to show. All files have
     the same full scale, stated in pascals in listen.json, so that you can compare loudness. Only
     the engine order of the study is heard, from the first to the last frequency of its band, at a
     constant rise of speed. Use headphones: small loudspeakers do not play 20 to 60 Hz.
@@ -204,7 +204,7 @@ def serve(
         int, typer.Option(min=0, max=65535, help="Port on this computer; 0 takes a free port.")
     ] = 0,
 ) -> None:
-    """Look at results in the browser while searches run: fronts grow, runs stand side by side.
+    """Look at results in the browser while searches run: fronts grow, runs are side by side.
 
     The page shows the results of the other commands and changes nothing. It is available on this
     computer only, at the printed address. The address contains a secret, so do not pass it on.

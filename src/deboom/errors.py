@@ -24,6 +24,10 @@ class InputError(ValueError):
     traceback, and exits with code 2.
 
     - `sentences`: one for each fault, all of them.
+
+    See Also
+    --------
+    deboom.check_platform
     """
 
     def __init__(self, message: object = "") -> None:

@@ -22,6 +22,7 @@ from deboom.files.acceptance import read_delivered_parts
 from deboom.files.folders import new_folder
 from deboom.files.kinds import FolderKind
 from deboom.files.rows import PlacedImpact
+from deboom.files.supplier_words import WORDS
 from deboom.files.tables import read_table
 from deboom.files.time_data import WavChannel
 from deboom.files.units import parse_unit
@@ -80,14 +81,15 @@ def test_a_foreign_response_gets_a_front_of_its_own(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("example").symlink_to(example.DATA)
     names = {}
-    run_blocks(text_of("your-own-platform"), names)
+    run_blocks(text_of("from-modefrontier").partition("## Responses from an Excel table")[2], names)
+    front = deboom.search(names["robust"], population=20, generations=30)
     slopes = np.array([[6.5, 1.5, -2.0], [4.0, 5.5, 0.5]])
     values = names["robust"](np.ones((1, 3)))
     assert values.mean[0] == pytest.approx([62.4, 64.1], abs=1e-2)
     # a linear response of independent factors, sigma a third of ±15 %, cut at 3 sigma
     assert values.sigma[0] == pytest.approx(0.05 * np.linalg.norm(slopes, axis=1), rel=0.05)
     # its best-mean lies in a corner: 0.8, 0.8 and 1.2
-    best = names["front"].pick_designs["best-mean"]
+    best = front.pick_designs["best-mean"]
     assert best == pytest.approx([0.8, 0.8, 1.2], abs=5e-3)
 
 
@@ -496,6 +498,18 @@ LIMITS = [
 def test_a_limit_in_a_guide_is_that_of_the_code(guide, pattern, constant):
     (said,) = figures_in(text_of(guide), pattern)
     assert float(said.replace(" ", "")) == constant
+
+
+@pytest.mark.parametrize(
+    ("page", "language"), [("for-mount-suppliers", "en"), ("fuer-lagerlieferanten", "de")]
+)
+def test_suppliers_read_about_columns_in_the_words_of_their_sheet(page, language):
+    on_the_sheet = {part for word in WORDS.values() for part in getattr(word, language).split(", ")}
+    table = text_of(page).split("|---|---|\n")[1].split("\n\n")[0].replace(r"\|", "¦")
+    columns = re.findall(r"^\| (.*?) \|", table, flags=re.M)
+    terms = {term for column in columns for term in re.split("[,;] ", column.replace("¦", "|"))}
+    assert len(columns) == 8
+    assert terms <= on_the_sheet
 
 
 def test_the_sheet_of_the_guide_has_the_state_and_stiffness_of_the_pinned_one():

@@ -47,12 +47,10 @@ TYPED = [
 WITH_PYTHON = ["docs/guides/from-modefrontier.md"]
 """Pages whose commands need what their Python has written."""
 EXIT_CODE = re.compile(r"# exit code (\d)")
-OF_THE_CUSTOMER = {
-    "docs/guides/for-mount-suppliers.md": (
-        "deboom run front",
-        "deboom run solution_box --front front/latest",
-    )
-}
+FOR_SUPPLIERS = ("docs/guides/for-mount-suppliers.md", "docs/guides/fuer-lagerlieferanten.md")
+OF_THE_CUSTOMER = dict.fromkeys(
+    FOR_SUPPLIERS, ("deboom run front", "deboom run solution_box --front front/latest")
+)
 """Commands that somebody else has typed before the reader of a page."""
 BUDGET = {
     "solution_box": {"motion": Motion.prescribed},

@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import pydoc
 import re
 import subprocess
 import sys
@@ -24,6 +25,15 @@ EXPLAINED = {
 }
 
 
+GROUPS = (Path(__file__).parents[2] / "docs" / "names").glob("*.md")
+LISTED = "".join(path.read_text(encoding="utf-8") for path in GROUPS)
+PAGES = [
+    name
+    for name in re.findall(r"^   (deboom\.\S+)$", LISTED, flags=re.M)
+    if not inspect.ismodule(pydoc.locate(name))
+]
+
+
 def test_every_name_is_there_and_explained():
     assert set(deboom.__all__) <= set(dir(deboom))
     for name, value in OBJECTS.items():
@@ -31,26 +41,32 @@ def test_every_name_is_there_and_explained():
 
 
 def test_every_name_has_its_page():
-    groups = (Path(__file__).parents[2] / "docs" / "names").glob("*.md")
-    listed = "".join(path.read_text(encoding="utf-8") for path in groups)
-    pages = re.findall(r"^   deboom\.(\w+)$", listed, flags=re.M)
+    pages = re.findall(r"^   deboom\.(\w+)$", LISTED, flags=re.M)
     assert sorted(pages) == sorted(deboom.__all__)
 
 
 @pytest.mark.parametrize("name", EXPLAINED)
 def test_every_page_has_shapes_units_errors_and_an_example(name):
     text = inspect.getdoc(EXPLAINED[name]) or ""
-    parts = ["Parameters", "Raises", "Examples"]
+    parts = ["Parameters", "Raises", "See Also", "Examples"]
     if inspect.isfunction(EXPLAINED[name]):
         parts.append("Returns")
     lacking = [part for part in parts if f"\n{part}\n{'-' * len(part)}\n" not in text]
     assert not lacking
 
 
-@pytest.mark.parametrize("name", EXPLAINED)
-def test_examples_of_the_public_names_hold(name, capsys):
+@pytest.mark.parametrize("page", PAGES)
+def test_every_page_leads_on_to_pages(page):
+    text = inspect.getdoc(pydoc.locate(page)) or ""
+    (names,) = re.findall(r"^See Also\n-+\n(.+?)(?:\n\n|\Z)", text, flags=re.M | re.S)
+    linked = re.split(r",\s+|\n", names)
+    assert set(linked) <= set(PAGES) - {page}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_examples_of_the_public_names_hold(page, capsys):
     finder, runner = doctest.DocTestFinder(recurse=False), doctest.DocTestRunner()
-    for example in finder.find(EXPLAINED[name], name):
+    for example in finder.find(pydoc.locate(page), page):
         runner.run(example)
     assert runner.summarize(verbose=False).failed == 0, capsys.readouterr().out
 

@@ -106,6 +106,10 @@ def running_in_car(
         No drawing of the mounts, or one with others than the car; standard hoses without drawing,
         or whose ends on the body were not struck; what `unbalance` and `identify_hoses` refuse.
 
+    See Also
+    --------
+    deboom.unbalance, deboom.identify_hoses, deboom.read_electric_car, deboom.cabin_noise
+
     Examples
     --------
     See `cabin_noise`.
@@ -186,6 +190,10 @@ class SweepNoise(Tabled):
     `contributions` (n_frequency, n_path): sound of each path, complex peak [Pa]; `n_mount_paths`:
     number of paths of the mounts; they come first; `measured` (n_frequency,): at the ear, complex
     peak [Pa]; `pressure`: that of the gas [Pa].
+
+    See Also
+    --------
+    deboom.cabin_noise, deboom.running_in_car
     """
 
     sweep: str
@@ -311,6 +319,10 @@ def cabin_noise(
     ------
     InputError
         A sweep without lines in the band, or with lines at which no transfer function was measured.
+
+    See Also
+    --------
+    deboom.running_in_car, deboom.compressor.cabin_noise.SweepNoise, deboom.CompressorProblem
 
     Notes
     -----

@@ -125,6 +125,11 @@ def identify(
         lengths in two units, a reversed, swapped or exchanged channel or impact, a body of
         implausible density, a mass far from the weighed one, a virtual point that is not spanned.
 
+    See Also
+    --------
+    deboom.read_inertance_test, deboom.compressor.identified_compressor.Identification
+    deboom.unbalance, deboom.free_body
+
     Examples
     --------
     >>> import deboom

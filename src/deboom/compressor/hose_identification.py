@@ -63,6 +63,10 @@ class HoseIdentification(Tabled):
 
     `numbers` (n, 11): what `changed_hose` makes of the drawn hoses to get the identified ones;
     `covariance` (11 n, 11 n): posterior, nuisances integrated out.
+
+    See Also
+    --------
+    deboom.identify_hoses, deboom.running_in_car
     """
 
     drawn: tuple[HoseDrawing, ...]
@@ -162,6 +166,11 @@ def identify_hoses(
     InputError
         No drawing; neither a hammer test with hoses nor a pair of sweeps; sweeps of both kinds that
         share no pressure or lines; tests with other sensors, impacts or lines.
+
+    See Also
+    --------
+    deboom.read_operating_test, deboom.compressor.hose_identification.HoseIdentification
+    deboom.running_in_car
 
     Notes
     -----

@@ -108,6 +108,10 @@ class Identification(Tabled):
     (n_frequency,): lines of the fit; `start` (35,): linear start; `point`: fit with the placement
     of the sheet; `knowledge`: posterior against prior; `held_out`: lines not fitted between the
     ends of all bands; `hoses`: search for the drawn hoses, None where none are drawn.
+
+    See Also
+    --------
+    deboom.identify, deboom.unbalance
     """
 
     test: InertanceTest

@@ -154,6 +154,11 @@ class Unbalance(Tabled):
     `alarms`: reasons not to trust the results, in words; empty where there are none; `notices`:
     what was decided on the way; `hoses`: search for the drawn hoses in sweeps that are said to be
     without them.
+
+    See Also
+    --------
+    deboom.unbalance, deboom.compressor.identified_compressor.Identification
+    deboom.running_in_car
     """
 
     test: OperatingTest
@@ -282,6 +287,11 @@ def unbalance(
         An identification of other sensors; no sweep with these hoses; a sweep outside of the hammer
         test or one that never leaves the resonances; sweeps that turn against each other or against
         the data sheet, or show no sense of rotation.
+
+    See Also
+    --------
+    deboom.identify, deboom.read_operating_test, deboom.compressor.unbalance.Unbalance
+    deboom.running_in_car
 
     Notes
     -----

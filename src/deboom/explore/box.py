@@ -94,6 +94,10 @@ class BoxQuestion:
         Impossible limits, bounds, weights, share or common factor; a model without gradient; no
         free variable.
 
+    See Also
+    --------
+    deboom.largest_box, deboom.Objective, deboom.allocate_tolerances
+
     Examples
     --------
     >>> import deboom, numpy as np

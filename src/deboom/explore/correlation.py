@@ -37,6 +37,10 @@ class Correlations(Tabled):
     - `spearman` (r, r): coefficients of their ranks [1].
     - `n_designs`, `n_draws`: number of rows that were resampled, and of values per row.
     - `n_inputs`: how many of the names, the first ones, are variables; the others are responses.
+
+    See Also
+    --------
+    deboom.correlation, deboom.doe
     """
 
     names: tuple[str, ...]
@@ -157,6 +161,10 @@ def correlation(
     ------
     InputError
         One response, too few designs or resamples, or a response that does not vary.
+
+    See Also
+    --------
+    deboom.doe, deboom.explore.correlation.Correlations, deboom.sobol
 
     Examples
     --------

@@ -396,6 +396,10 @@ def doe(model: Evaluate, space: DesignSpace, *, n: int = 256, seed: int = 1) -> 
     InputError
         A model without names; variables that differ; fewer than 2 designs; a seed below 1.
 
+    See Also
+    --------
+    deboom.correlation, deboom.read_designs, deboom.sobol, deboom.surrogate_search
+
     Examples
     --------
     >>> import deboom

@@ -454,13 +454,18 @@ class Contestant:
 
 @dataclass(frozen=True)
 class Difference(Tabled):
-    """Difference of two contestants, first minus second.
+    """Difference of two fronts, or of two lists of fronts, first minus second.
 
-    - `value`, `draw_error`, `search_error`: difference of the mean merits, and its standard errors
-      from the draws and the searches.
-    - `noise`, `verdict`: largest difference that `REAL_FROM` still calls chance, and what follows.
+    - `value`, `draw_error`, `search_error`: difference of the shares of the common box that the
+      fronts dominate, and its standard errors from the draws and the searches [1].
+    - `noise`, `verdict`: largest difference that 99 % confidence still calls chance [1], and what
+      follows.
     - `too_few`: names of those whose seeds are too few for a verdict.
     - `left_out`: designs of either that fail under the common draws, and are left out.
+
+    See Also
+    --------
+    deboom.compare, deboom.verify
     """
 
     value: float

@@ -75,6 +75,10 @@ class LargestBox(Tabled):
     - `start_log_volumes` (n_starts,): logarithm of the weighted volume that each start reached in
       the coarse stages.
     - `seconds`: time of search and verification [s].
+
+    See Also
+    --------
+    deboom.largest_box, deboom.BoxQuestion, deboom.read_solution_box
     """
 
     question: BoxQuestion
@@ -157,6 +161,11 @@ def largest_box(
     InputError
         `UnreachableLimit`; `NoBoxFound`, no start keeps the share or the box has no interior; seed
         or workers 0.
+
+    See Also
+    --------
+    deboom.BoxQuestion, deboom.explore.largest_box.LargestBox, deboom.read_solution_box
+    deboom.allocate_tolerances
 
     Notes
     -----

@@ -297,6 +297,10 @@ class Objective:
     InputError
         A share outside 0 to 1; another statistic; a level without ``share above`` or the reverse.
 
+    See Also
+    --------
+    deboom.Robust, deboom.search, deboom.BoxQuestion
+
     Notes
     -----
     The tail mean is ``q + mean(max(y - q, 0)) / (1 - share)`` with ``q`` the quantile (R. T.

@@ -61,6 +61,10 @@ class SearchResult:
       followed [their units]; empty of a single search.
     - `hypervolume` (n_generations,), `reference_point` (m,): hypervolume of the front after each
       generation, up to the worst objectives in the first one.
+
+    See Also
+    --------
+    deboom.search, deboom.explore.result.Front
     """
 
     front: RobustValues
@@ -273,6 +277,11 @@ class Front(Tabled):
     rise : callable, optional
         Designs, shape (n, k) → by how much that which no design may make louder rises, such as the
         booming peak that rises most, shape (n,) [dB]; none-louder and sigma-kept keep it.
+
+    See Also
+    --------
+    deboom.search, deboom.verify, deboom.compare, deboom.save_run
+    deboom.vehicles.fleet_front.FleetFront
     """
 
     robust: Robust
@@ -754,6 +763,10 @@ def verify(front: Front | PymooResult, *, draws: int = 1024, seed: int) -> Front
     InputError
         A front that fails altogether under the new draws; draws or a seed that cannot be.
 
+    See Also
+    --------
+    deboom.search, deboom.explore.result.Front, deboom.compare
+
     Examples
     --------
     >>> import deboom
@@ -820,6 +833,10 @@ def compare(
     InputError
         Fronts of other variables or responses; a front whose designs all fail; no front with its
         model; draws that cannot be.
+
+    See Also
+    --------
+    deboom.verify, deboom.search, deboom.explore.front.Difference
 
     Notes
     -----

@@ -243,6 +243,10 @@ class Robust:
         that would let a variable change its sign; fewer than two objectives; a model without
         names; a number of draws that is no power of two; a seed below 1.
 
+    See Also
+    --------
+    deboom.Objective, deboom.search, deboom.RobustProblem, deboom.verify
+
     Examples
     --------
     >>> import deboom

@@ -111,6 +111,10 @@ class RobustProblem(Problem):
     InputError
         While it runs: responses of another shape than the model names.
 
+    See Also
+    --------
+    deboom.Robust, deboom.search, deboom.BoomingProblem, deboom.Search
+
     Examples
     --------
     >>> import deboom
@@ -175,6 +179,10 @@ class Until:
     ------
     InputError
         None of seconds, evaluations and gain, or numbers that are not positive.
+
+    See Also
+    --------
+    deboom.Search, deboom.search
 
     Examples
     --------
@@ -241,6 +249,10 @@ class Search:
     ------
     InputError
         A budget or a seed that cannot be.
+
+    See Also
+    --------
+    deboom.search, deboom.Until, deboom.CheckpointFolder
 
     Examples
     --------
@@ -755,6 +767,11 @@ def search(
         A budget, draws or a seed that cannot be; an algorithm for one objective; limits that no
         design keeps; a front that fails under the new draws: its evaluations are the error's
         ``search``.
+
+    See Also
+    --------
+    deboom.Robust, deboom.Search, deboom.Until, deboom.explore.result.Front, deboom.verify
+    deboom.compare
 
     Examples
     --------

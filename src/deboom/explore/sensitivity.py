@@ -807,6 +807,10 @@ def sobol(
         Wrong names, groups, distributions, counts or seed; a model that fails, with what it said; a
         response that does not vary or is not finite, by name.
 
+    See Also
+    --------
+    deboom.morris, deboom.correlation, deboom.doe
+
     Examples
     --------
     >>> import deboom, numpy as np
@@ -878,6 +882,10 @@ def morris(
     InputError
         Wrong names, groups, distributions, counts or seed; a model that fails, with what it said; a
         response that does not vary or is not finite, by name.
+
+    See Also
+    --------
+    deboom.sobol, deboom.doe
 
     Examples
     --------

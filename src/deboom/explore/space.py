@@ -53,6 +53,10 @@ class DesignSpace:
         relative tolerance of a variable that could change its sign lies in 0 <= tolerance < 1, or
         below 0.476 without cut; of a whole-number variable it is 0, all else whole.
 
+    See Also
+    --------
+    deboom.ResponseFunction, deboom.Robust, deboom.doe, deboom.read_designs
+
     Examples
     --------
     >>> import deboom
@@ -270,6 +274,10 @@ class ResponseFunction:
     ------
     InputError
         At a call: the function does not accept designs of k columns.
+
+    See Also
+    --------
+    deboom.DesignSpace, deboom.Robust, deboom.surrogate_search, deboom.BoomingModel
 
     Examples
     --------

@@ -255,6 +255,10 @@ def surrogate_search(
         Names that differ; a whole-number variable; a budget too small for the variables or for
         the judgement; a model that fails at nearly all rows; a seed below 1.
 
+    See Also
+    --------
+    deboom.search, deboom.ResponseFunction, deboom.doe, deboom.Robust
+
     Notes
     -----
     Rows lie in the box of the designs as they are made, tolerances included. The kernel is

@@ -220,6 +220,10 @@ class Allocation(Tabled):
     - `names`, `tolerance`, `cost` (k,): the variables, their half widths [1] and the price of each
       [money].
     - `scattered`: responses in the draws of the search; of all variables of the space.
+
+    See Also
+    --------
+    deboom.allocate_tolerances, deboom.explore.largest_box.LargestBox
     """
 
     names: tuple[str, ...]
@@ -523,6 +527,10 @@ def allocate_tolerances(
     ------
     InputError
         A model without gradient; bounds that cannot be; a scatter that the tightest ones miss.
+
+    See Also
+    --------
+    deboom.explore.tolerance_allocation.Allocation, deboom.largest_box, deboom.Robust
 
     Examples
     --------

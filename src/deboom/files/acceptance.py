@@ -285,6 +285,10 @@ def read_solution_box(path: str | Path) -> AcceptanceBox:
         many or one of the wrong kind or range; it is not what its checksum says, or its run is not
         what its record says: an agreed change is a new box.
 
+    See Also
+    --------
+    deboom.largest_box, deboom.read_delivered_parts, deboom.judged_delivery
+
     Examples
     --------
     >>> import deboom
@@ -617,6 +621,10 @@ def read_delivered_parts(
     InputError
         A column that is missing, or in another quantity's unit; a part named twice, of an unknown
         mount, without batch or a required axis, or with a stiffness that is not positive.
+
+    See Also
+    --------
+    deboom.read_solution_box, deboom.judged_delivery
 
     Examples
     --------

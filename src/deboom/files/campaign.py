@@ -504,6 +504,10 @@ def read_campaign(
     InputError
         A file is missing or wrong in itself; files do not fit together; a mount set is not there.
 
+    See Also
+    --------
+    deboom.characterise, deboom.read_time_run, deboom.virtual_point
+
     Examples
     --------
     >>> import deboom
@@ -582,6 +586,10 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
     ------
     InputError
         No such run; its file is wrong in itself or does not fit the tables.
+
+    See Also
+    --------
+    deboom.tracked_run, deboom.read_campaign
 
     Examples
     --------

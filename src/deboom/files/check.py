@@ -171,6 +171,10 @@ def check_platform(folder: Path) -> PlatformCheck:
     InputError
         Never for a fault of the platform: faults are in the result.
 
+    See Also
+    --------
+    deboom.read_platform, deboom.Platform
+
     Examples
     --------
     >>> import deboom

@@ -154,6 +154,10 @@ def read_component_test(folder: Path | str) -> ComponentTest:
         table has; sensors whose angles follow another order of rotations than stated, which is
         named. The sentence names file, item and remedy.
 
+    See Also
+    --------
+    deboom.component_tpa, deboom.measurement.component_test.ComponentTest, deboom.read_receiver
+
     Examples
     --------
     >>> import deboom
@@ -403,12 +407,19 @@ def read_receiver(folder: Path | str) -> ReceiverTest:
     Returns
     -------
     ReceiverTest
-        In SI, along positive axes; what joins the source is rigid, parametric or measured.
+        Functions of its points [(m/s²)/N] and to its ears [Pa/N] over frequency, along positive
+        axes; each joint to the source is rigid, parametric or measured [N/m].
 
     Raises
     ------
     InputError
-        As `read_component_test`; a mount that is neither parametric nor measured.
+        A file is missing, damaged or wrong in itself; a function that is missing, doubled, or of
+        another type or unit; unlike lines; a sensor or hit that no point names or no table has; a
+        mount that is neither parametric nor measured. The sentence names file, item and remedy.
+
+    See Also
+    --------
+    deboom.in_receiver, deboom.component_tpa
 
     Examples
     --------

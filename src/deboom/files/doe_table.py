@@ -230,6 +230,10 @@ def read_designs(
         A file that is missing or no table; a column that is not there, or a variable that is no
         number, by line; no response at all.
 
+    See Also
+    --------
+    deboom.write_designs, deboom.ResponseFunction, deboom.doe
+
     Examples
     --------
     >>> import deboom, tempfile, pathlib
@@ -327,6 +331,10 @@ def write_designs(
     InputError
         No response, or one with the name of another column; designs outside of the bounds; another
         ending; a folder that is not there.
+
+    See Also
+    --------
+    deboom.read_designs, deboom.doe, deboom.DesignSpace
 
     Examples
     --------

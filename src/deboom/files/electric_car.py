@@ -107,6 +107,10 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
         another microphone, type or unit; a mount without noise transfer functions; a sweep without
         the ear; under 3 sensors or 6 impacts at a point. The sentence names file, item and remedy.
 
+    See Also
+    --------
+    deboom.running_in_car, deboom.cabin_noise, deboom.CompressorProblem
+
     Examples
     --------
     >>> import deboom

@@ -271,6 +271,10 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
     DataWarning
         A line at 0 Hz was left out; hits had not decayed at the end of their blocks.
 
+    See Also
+    --------
+    deboom.identify, deboom.read_operating_test
+
     Examples
     --------
     >>> import deboom, tempfile

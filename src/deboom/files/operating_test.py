@@ -339,6 +339,10 @@ def read_operating_test(folder: Path | str) -> OperatingTest:
         A file is missing, damaged or wrong in itself; a sweep without its tacho; sensors that stand
         elsewhere than in the hammer test. The sentence names file, item and remedy.
 
+    See Also
+    --------
+    deboom.unbalance, deboom.identify_hoses, deboom.read_inertance_test
+
     Notes
     -----
     The deviation of a tracked sweep is the stated share of the amplitude and, instead of the stated

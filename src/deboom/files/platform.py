@@ -868,6 +868,10 @@ def read_platform(folder: str | Path) -> Platform:
         missing, unknown or doubled; a vehicle without one of the paths; frequency axes that
         differ. The sentence names the file, the item and the remedy.
 
+    See Also
+    --------
+    deboom.check_platform, deboom.Platform, deboom.BoomingModel
+
     Examples
     --------
     >>> import deboom

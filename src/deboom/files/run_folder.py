@@ -545,6 +545,10 @@ def read_run(folder: str | Path | RunEntry) -> RunEntry:
         The folder holds no run, its record is damaged, several runs have this name or begin so, or
         no run has finished yet where the latest is wanted.
 
+    See Also
+    --------
+    deboom.save_run, deboom.explore.result.Front, deboom.CheckpointFolder, deboom.compare
+
     Examples
     --------
     >>> import deboom
@@ -597,6 +601,10 @@ def save_run(
     ------
     InputError
         Another result; a folder that cannot be written; a name or a seed that cannot be.
+
+    See Also
+    --------
+    deboom.read_run, deboom.CheckpointFolder, deboom.write_designs
 
     Examples
     --------
@@ -862,6 +870,10 @@ class CheckpointFolder:
     InputError
         The folder holds a search with other inputs: the sentence names the first such file; or a
         link leads out of it.
+
+    See Also
+    --------
+    deboom.search, deboom.save_run, deboom.read_run
 
     Examples
     --------

@@ -573,6 +573,10 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
         The file is missing, empty, not UFF, truncated or damaged; it holds no function, or a value
         that is not finite; label and data set 164 differ, or a 164 without label is not SI.
 
+    See Also
+    --------
+    deboom.Frf, deboom.sensor_geometry, deboom.read_component_test
+
     Examples
     --------
     >>> import deboom

@@ -137,6 +137,10 @@ class Spectrum(Tabled):
     InputError
         Another shape, numbers that are not finite, lines that do not increase, doubled names.
 
+    See Also
+    --------
+    deboom.Frf, deboom.spl, deboom.tracked_run
+
     Examples
     --------
     >>> import deboom
@@ -211,6 +215,10 @@ class Frf(Tabled):
     ------
     InputError
         Another shape, numbers that are not finite, lines that do not increase, doubled names.
+
+    See Also
+    --------
+    deboom.Spectrum, deboom.virtual_point, deboom.read_uff
 
     Examples
     --------

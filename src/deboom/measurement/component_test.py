@@ -159,6 +159,10 @@ class ComponentTest:
     - `microphone`: standard deviation of the gain of each microphone [1].
     - `free`: accelerance at the points of the source alone, hung up freely; None where it was not
       measured [(m/s²)/N].
+
+    See Also
+    --------
+    deboom.read_component_test, deboom.component_tpa
     """
 
     name: str

@@ -110,6 +110,11 @@ class RunTpa(Tabled):
     - `complete`: whether noise explains that, in the run and under hits on the source.
     - `transfer`: ears per load, assembly [Pa/N, Pa/(N m)].
     - `sound`, `measured_sound`: at the ears, of the blocked forces and as recorded [Pa].
+
+    See Also
+    --------
+    deboom.measurement.component_tpa.ComponentTpa, deboom.component_tpa
+    deboom.measurement.path_forces.PathForces
     """
 
     name: str
@@ -224,6 +229,10 @@ class ComponentTpa:
     - `completeness`: None where nobody struck the source beside its interface.
     - `quality`: name of each point to the checks of its sensors and hits.
     - `doubts`: sentences on what a reader must know before trusting the numbers.
+
+    See Also
+    --------
+    deboom.component_tpa, deboom.measurement.component_tpa.RunTpa, deboom.in_receiver
     """
 
     test: ComponentTest
@@ -252,7 +261,7 @@ def component_tpa(
     inversion : Inversion
         Regularisation; by default Tikhonov, its amount by cross-validation at each line.
     seed : int
-        Of the measurements repeated in thought behind the intervals, from 1.
+        From 1; of the simulated repeats of the measurement that give the intervals.
 
     Returns
     -------
@@ -265,6 +274,11 @@ def component_tpa(
     InputError
         Functions that explain hits on the source but not the operation, which are those of another
         assembly; loads that the indicators do not tell apart.
+
+    See Also
+    --------
+    deboom.read_component_test, deboom.measurement.component_tpa.ComponentTpa, deboom.in_receiver
+    deboom.blocked_forces_in_situ
 
     Notes
     -----
@@ -581,6 +595,10 @@ class InReceiver:
     - `sound`: predicted [Pa]; `draws` (n_draw, n_frequency, n_ear): by the repeated forces; errors
       of the functions of receiver and free source are in no interval.
     - `measured`: with the source in place; None where nobody listened [Pa].
+
+    See Also
+    --------
+    deboom.in_receiver, deboom.measurement.component_tpa.ComponentTpa
     """
 
     run: str
@@ -622,6 +640,11 @@ def in_receiver(result: ComponentTpa, receiver: ReceiverTest) -> tuple[InReceive
     InputError
         A source whose free functions were not measured; a receiver that lacks a point of the source
         or has others, or whose point has fewer degrees of freedom; unlike lines.
+
+    See Also
+    --------
+    deboom.component_tpa, deboom.read_receiver, deboom.measurement.component_tpa.InReceiver
+    deboom.physics.substructuring.couple
 
     Notes
     -----

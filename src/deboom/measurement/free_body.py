@@ -101,6 +101,10 @@ def free_body(
     InputError
         A line at 0 Hz, fewer than 8 lines, a band beyond them, other shapes, no positive mass.
 
+    See Also
+    --------
+    deboom.virtual_point, deboom.pendulum_inertia, deboom.torsion_inertia
+
     Notes
     -----
     ``A(ω) = M⁻¹ + ω² R₁ + ω⁴ R₂ [+ S/ω²]``: a constant and the foot of the flexible modes are
@@ -286,6 +290,10 @@ def pendulum_inertia(
     InputError
         Values not above 0, or a period shorter than that of a point mass on this arm.
 
+    See Also
+    --------
+    deboom.torsion_inertia, deboom.free_body
+
     Notes
     -----
     ``J = m g l (T/2π)² − m l²``, deviations to first order. The short arm has the small deviation.
@@ -337,6 +345,10 @@ def torsion_inertia(
     ------
     InputError
         Values not above 0.
+
+    See Also
+    --------
+    deboom.pendulum_inertia, deboom.free_body
 
     Notes
     -----

@@ -206,6 +206,10 @@ def pole_clusters(
     InputError
         No cluster: a band without modes, too low an order, or too much noise.
 
+    See Also
+    --------
+    deboom.poles_over_orders, deboom.refined_poles, deboom.modal_model
+
     Examples
     --------
     See `poles_over_orders`.
@@ -303,6 +307,10 @@ class ModalModel(Tabled):
       rms of the latter; near 1 where a channel shows noise only [1].
     - `added_decay_rate`: decay of an exponential window that is taken off the damping, and still in
       `rebuilt`, which stands beside the functions as measured; 0 without one [1/s].
+
+    See Also
+    --------
+    deboom.modal_model, deboom.refined_poles
     """
 
     clusters: tuple[PoleCluster, ...]
@@ -423,6 +431,10 @@ def poles_over_orders(
         sdypy-EMA is not installed; lines that are not equidistant; a band outside the lines or with
         fewer lines than unknowns; an order that the band does not carry; apparent mass or another
         inverse form.
+
+    See Also
+    --------
+    deboom.pole_clusters, deboom.refined_poles, deboom.modal_model
 
     Notes
     -----
@@ -554,6 +566,11 @@ def modal_model(
         No mode, two modes with one pole, or fewer lines than unknowns; see also
         `poles_over_orders`.
 
+    See Also
+    --------
+    deboom.poles_over_orders, deboom.pole_clusters, deboom.refined_poles
+    deboom.measurement.modal.ModalModel
+
     Examples
     --------
     See `poles_over_orders`.
@@ -649,6 +666,10 @@ def refined_poles(
     ------
     InputError
         No mode, or none that stands out of the noise; lines and band as for `poles_over_orders`.
+
+    See Also
+    --------
+    deboom.pole_clusters, deboom.modal_model
 
     Notes
     -----

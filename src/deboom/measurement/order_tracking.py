@@ -216,6 +216,10 @@ class TrackedRun(Tabled):
     - `acceleration_beside`, `force_beside`: amplitude that shows a quarter order beside the
       dominant one, where a four-stroke engine has none, relative to the dominant one (rms over
       lines, median over channels) [1]: what noise and neighbours pretend.
+
+    See Also
+    --------
+    deboom.tracked_run, deboom.read_time_run
     """
 
     run: OperatingRun
@@ -285,6 +289,10 @@ def tracked_run(
         A tacho that cannot be repaired or contradicts the stated pulses per revolution, a run that
         falls where it should rise, a speed outside of the run, a record too short or sampled too
         slowly.
+
+    See Also
+    --------
+    deboom.read_time_run, deboom.measurement.order_tracking.TrackedRun, deboom.characterise
 
     Examples
     --------

@@ -59,6 +59,10 @@ class PathForces(Tabled):
     - `indicators`: responses they were computed from by inversion; empty for the other ways.
     - `inversion`, optional: regularisation, condition number and noise gain of each line; None for
       the other ways.
+
+    See Also
+    --------
+    deboom.forces_by_inversion, deboom.forces_by_mount_stiffness, deboom.blocked_forces_in_situ
     """
 
     force: Spectrum
@@ -137,6 +141,11 @@ def forces_by_inversion(
     InputError
         A line at 0 Hz, more unknown forces than indicators, singular positions.
 
+    See Also
+    --------
+    deboom.forces_by_mount_stiffness, deboom.blocked_forces_in_situ
+    deboom.measurement.path_forces.PathForces
+
     Examples
     --------
     >>> import deboom
@@ -184,6 +193,10 @@ def blocked_forces_in_situ(
     InputError
         A line at 0 Hz, more unknown forces than indicators, singular positions.
 
+    See Also
+    --------
+    deboom.component_tpa, deboom.forces_by_inversion, deboom.measurement.path_forces.PathForces
+
     References
     ----------
     Moorhouse, Elliott and Evans, "In situ measurement of the blocked force of structure-borne sound
@@ -221,6 +234,11 @@ def forces_by_mount_stiffness(
     ------
     InputError
         Other units, lines that differ, a path without displacement.
+
+    See Also
+    --------
+    deboom.forces_by_inversion, deboom.blocked_forces_in_situ, deboom.analyse_paths
+    deboom.measurement.path_forces.PathForces
 
     Examples
     --------

@@ -109,6 +109,10 @@ def sensor_geometry(
     InputError
         Sensors of several kinds, doubled names, or unknown channels.
 
+    See Also
+    --------
+    deboom.virtual_point, deboom.read_campaign
+
     Examples
     --------
     See `virtual_point`.
@@ -296,6 +300,11 @@ def virtual_point(
         Channels that do not determine every motion: for six fewer than three triaxial sensors,
         sensors on one line, too many channels switched off. A weight that is not positive. Motions
         that are neither all six nor the translations.
+
+    See Also
+    --------
+    deboom.sensor_geometry, deboom.Frf, deboom.free_body
+    deboom.physics.substructuring.singular_vectors
 
     Notes
     -----

@@ -107,6 +107,10 @@ class Characterisation(Tabled):
     `runs` are those that the surfaces were fitted to, `chains` one per body, `directions` the
     results by ``<mount> <axis>``, `cross_stiffness` says of each mount with three measured axes
     whether it seems to stand at another angle than is stated.
+
+    See Also
+    --------
+    deboom.characterise, deboom.compare_models, deboom.open_library
     """
 
     campaign: Campaign
@@ -298,6 +302,11 @@ def characterise(
     ------
     InputError
         No such mount set; no rising run in the chosen gears; faulty channels; no static force.
+
+    See Also
+    --------
+    deboom.read_campaign, deboom.mounts.characterise.Characterisation, deboom.compare_models
+    deboom.open_library
 
     Examples
     --------

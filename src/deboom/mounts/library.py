@@ -327,6 +327,10 @@ def open_library(
         There is no library, it is of another version, damaged, locked or cannot be reached; not a
         URL, a database other than SQLite and PostgreSQL, a driver that is not installed.
 
+    See Also
+    --------
+    deboom.characterise, deboom.CatalogueProblem, deboom.read_platform
+
     Examples
     --------
     >>> import tempfile

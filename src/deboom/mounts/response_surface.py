@@ -331,6 +331,10 @@ class DynamicStiffnessSurface(StiffnessModel):
         When it is fitted: too few lines for the cubic; lines that are not finite; a regressor that
         cannot do what is asked, by name.
 
+    See Also
+    --------
+    deboom.compare_models, deboom.characterise, deboom.open_library
+
     Notes
     -----
     Thesis, eq. 32. Both parts choose their own split points: common ones move K by up to 73 % in a
@@ -675,6 +679,10 @@ def compare_models(
     ------
     InputError
         No models; or no line to check inside of the region of all models.
+
+    See Also
+    --------
+    deboom.DynamicStiffnessSurface, deboom.characterise
 
     Examples
     --------

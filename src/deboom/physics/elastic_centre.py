@@ -72,6 +72,10 @@ def centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
     InputError
         A stiffness that is complex, asymmetric or not positive definite.
 
+    See Also
+    --------
+    deboom.dynamic_centre_of_stiffness, deboom.characterise
+
     Notes
     -----
     ``K_xθ + K_xx skew(r)`` is symmetric for ``r = −(tr(K_xx) I − K_xx)⁻¹ axial(K_xθ − K_xθᵀ)``.
@@ -151,6 +155,10 @@ def dynamic_centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
     ------
     InputError
         A stiffness that is not symmetric, or has a singular block of translations or rotations.
+
+    See Also
+    --------
+    deboom.centre_of_stiffness, deboom.physics.substructuring.assembled_stiffness
 
     Notes
     -----

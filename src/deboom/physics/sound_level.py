@@ -95,6 +95,10 @@ def spl(pressure: npt.ArrayLike, frequency: npt.ArrayLike, axis: int = 0) -> Rea
     InputError
         A frequency axis of another length than `pressure` has, or of lines without a weighting.
 
+    See Also
+    --------
+    deboom.BoomingModel, deboom.analyse_paths, deboom.Spectrum
+
     Notes
     -----
     ``SPL = 20 lg(|p| / (√2 · 20 µPa)) + A(f)``; what the thesis calls SPL_d in eq. 12 and 13 is the

@@ -30,6 +30,11 @@ class Component:
     - `receptance` (n_frequency, n_output, n_input): response per force or moment [m/N, rad/N, m/(N
       m), rad/(N m)]. Outputs may be of another kind, such as a pressure [Pa/N], unless they are
       joined.
+
+    See Also
+    --------
+    deboom.physics.substructuring.Joint, deboom.physics.substructuring.couple
+    deboom.physics.substructuring.decouple
     """
 
     outputs: tuple[str, ...]
@@ -53,6 +58,11 @@ class Joint:
     With fewer conditions than pairs the gaps close in the mean only, as many channels on a rigid
     interface demand. ``n_force = n_condition``, unless there are more conditions than forces, which
     are then met in the sense of least squares.
+
+    See Also
+    --------
+    deboom.physics.substructuring.Component, deboom.physics.substructuring.couple
+    deboom.physics.substructuring.decouple, deboom.physics.substructuring.assembled_stiffness
     """
 
     first: tuple[str, ...]
@@ -95,6 +105,11 @@ def couple(components: Sequence[Component], joints: Sequence[Joint]) -> Componen
     InputError
         Unlike lines, doubled names, a joint at a degree of freedom that no component measures and
         excites, or an interface whose conditions depend on each other.
+
+    See Also
+    --------
+    deboom.physics.substructuring.decouple, deboom.physics.substructuring.assembled_stiffness
+    deboom.physics.substructuring.Component, deboom.physics.substructuring.Joint
 
     Notes
     -----
@@ -161,6 +176,11 @@ def decouple(assembly: Component, removed: Component, shared: Sequence[str]) -> 
     InputError
         Unlike lines, or a shared degree of freedom that one of both lacks.
 
+    See Also
+    --------
+    deboom.physics.substructuring.couple, deboom.physics.substructuring.Component
+    deboom.physics.substructuring.Joint
+
     Notes
     -----
     ``Y_B = Y_AB − Y_AB,:s (Y_AB,ss − Y_A,ss)⁺ Y_AB,s:``: the negative of the component is joined.
@@ -168,6 +188,18 @@ def decouple(assembly: Component, removed: Component, shared: Sequence[str]) -> 
     rounding of double precision, each degree of freedom scaled, are left out (D'Ambrogio and
     Fregolent 2010). With measured functions the noise fills the rest: bring no more shared degrees
     of freedom than the quality of both measurements supports.
+
+    Examples
+    --------
+    A mass of 5 kg without 2 kg of it is a mass of 3 kg:
+
+    >>> import numpy as np
+    >>> squared = (2 * np.pi * np.array([10.0, 20.0])) ** 2
+    >>> both = Component(["a"], ["a"], -1 / (5.0 * squared)[:, None, None])
+    >>> light = Component(["a"], ["a"], -1 / (2.0 * squared)[:, None, None])
+    >>> rest = decouple(both, light, ["a"])
+    >>> np.allclose(rest.receptance[:, 0, 0], -1 / (3.0 * squared))
+    True
     """
     for name in shared:
         for body, title in ((assembly, "assembly"), (removed, "removed component")):
@@ -222,6 +254,24 @@ def assembled_stiffness(
     ------
     InputError
         Another number of names than of degrees of freedom, or unlike lines.
+
+    See Also
+    --------
+    deboom.physics.substructuring.couple, deboom.physics.substructuring.Joint
+    deboom.dynamic_centre_of_stiffness
+
+    Examples
+    --------
+    Masses of 2 and 3 kg at both ends of a spring of 1000 N/m, at rest and at 1 rad/s:
+
+    >>> import numpy as np
+    >>> squared = np.array([0.0, 1.0])[:, None, None]
+    >>> spring = [1000.0 * np.array([[1, -1], [-1, 1]])] * 2
+    >>> names, stiffness = assembled_stiffness(
+    ...     [-2.0 * squared, -3.0 * squared, spring], [["a"], ["b"], ["a", "b"]]
+    ... )
+    >>> names, stiffness[1].real.tolist()
+    (('a', 'b'), [[998.0, -1000.0], [-1000.0, 997.0]])
     """
     if len(stiffness) != len(names) or not names:
         raise InputError("give as many lists of names as matrices, at least one of each")
@@ -264,12 +314,25 @@ def singular_vectors(
     InputError
         More patterns than the interface has degrees of freedom.
 
+    See Also
+    --------
+    deboom.physics.substructuring.couple, deboom.virtual_point
+
     Notes
     -----
     ``Y = U S Vᴴ``; the joint then holds along the first singular vectors only, which carry the
     motion above the noise (Trainotti et al. 2022). A rank-deficient interface, such as nine
     channels on a rigid block, cannot be coupled otherwise. Both components are reduced by the same
     vectors.
+
+    Examples
+    --------
+    Three channels on a rigid body that moves along one axis have one pattern:
+
+    >>> import numpy as np
+    >>> compatibility, equilibrium = singular_vectors(np.ones((1, 3, 3)), 1)
+    >>> np.abs(compatibility[0, 0]).round(2).tolist()
+    [0.58, 0.58, 0.58]
     """
     matrix = checked_array(receptance, "f j j", "receptance at the interface", dtype=complex)
     if not 1 <= n_vectors <= matrix.shape[1]:

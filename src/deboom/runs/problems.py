@@ -54,6 +54,10 @@ class BoomingProblem(RobustProblem):
         An unknown vehicle or word; a number of draws that is no power of two; data that the model
         needs and the platform does not have.
 
+    See Also
+    --------
+    deboom.RobustProblem, deboom.CatalogueProblem, deboom.CompressorProblem, deboom.read_platform
+
     Examples
     --------
     >>> import deboom
@@ -114,6 +118,10 @@ class CatalogueProblem(RobustProblem):
     ------
     InputError
         No catalogue or no further part in it; see also `BoomingProblem`.
+
+    See Also
+    --------
+    deboom.BoomingProblem, deboom.open_library, deboom.RobustProblem
 
     Examples
     --------
@@ -192,6 +200,10 @@ class CompressorProblem(RobustProblem):
     ------
     InputError
         No car; lines that were not measured; see also `deboom.identify`.
+
+    See Also
+    --------
+    deboom.BoomingProblem, deboom.unbalance, deboom.read_electric_car, deboom.RobustProblem
 
     Examples
     --------

@@ -348,6 +348,10 @@ class Delivery(Tabled):
     relative, expanded to 95 % [1]; `predicted`: a platform was there to predict levels;
     `same_data`: that platform's files are those of the box; True without one; `assumed`: defaults
     that its levels rest on, in words.
+
+    See Also
+    --------
+    deboom.judged_delivery, deboom.read_delivered_parts
     """
 
     demand: Demand
@@ -471,6 +475,10 @@ def judged_delivery(
     InputError
         An uncertainty outside 0 to 0.5; parts of a batch that do not scatter; an axis that is
         limited in N/m without a reference; a platform that is not the box's, or one without a box.
+
+    See Also
+    --------
+    deboom.read_solution_box, deboom.read_delivered_parts, deboom.supplier.acceptance.Delivery
 
     Notes
     -----

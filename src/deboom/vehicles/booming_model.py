@@ -73,6 +73,10 @@ class BoomingModel:
         variables, or a line to which no path of a vehicle contributes; another number of receivers
         than of responses.
 
+    See Also
+    --------
+    deboom.Platform, deboom.Robust, deboom.search, deboom.analyse_paths
+
     Notes
     -----
     ``SPLV_v = Σ_c w_c Σ_f [20 lg(|p_cvf| / (√2 p0)) + A(f)]``, thesis, eq. 35, as the mean over

@@ -89,6 +89,10 @@ class ExpectedChange:
     - `predicted`: `cars` as the model of the data has it, (n, v) [dB].
     - `with_points`: width that the intervals of cars are expected to have with driving points, over
       that of `cars`, (n,) [1]; nan where more than nothing is known of bodies.
+
+    See Also
+    --------
+    deboom.vehicles.fleet_front.FleetFront, deboom.BoomingModel
     """
 
     information: Information

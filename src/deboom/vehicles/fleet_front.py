@@ -44,6 +44,10 @@ class CarLevels:
     - `levels` (d, v): of d draws in v vehicles [dB(A)].
     - raises InputError: levels of another number of vehicles, or that are not finite.
 
+    See Also
+    --------
+    deboom.vehicles.fleet_front.FleetFront, deboom.BoomingModel
+
     Examples
     --------
     >>> from deboom.vehicles.fleet_front import CarLevels
@@ -136,6 +140,11 @@ class FleetFront:
     - `order`: of the lines whose levels are shown, per revolution [1].
     - `audible`: whether lines below the threshold of hearing count as that threshold in the mean
       levels of `cars` and `todays_levels`, whose notches would count otherwise.
+
+    See Also
+    --------
+    deboom.explore.result.Front, deboom.vehicles.fleet_front.CarLevels
+    deboom.vehicles.expected_change.ExpectedChange
     """
 
     front: Front

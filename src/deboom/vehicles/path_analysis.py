@@ -22,6 +22,10 @@ class PathAnalysis(Tabled):
     - `frequency` (n_frequency,) [Hz].
     - `contributions` (n_frequency, n_path): complex peak [Pa].
     - `paths`: names of the columns: paths, or groups of them.
+
+    See Also
+    --------
+    deboom.analyse_paths, deboom.BoomingModel
     """
 
     ear: str
@@ -117,6 +121,11 @@ def analyse_paths(noise_transfer: Frf, force: Spectrum) -> PathAnalysis:
     InputError
         Not exactly one ear, a path without noise transfer function or without force, lines that
         differ, units that do not give Pa.
+
+    See Also
+    --------
+    deboom.BoomingModel, deboom.vehicles.path_analysis.PathAnalysis
+    deboom.forces_by_mount_stiffness
 
     Notes
     -----

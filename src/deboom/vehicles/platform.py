@@ -98,6 +98,10 @@ class Platform:
     InputError
         `model`, `runs` and `load_case`: a word or name that the platform does not know.
 
+    See Also
+    --------
+    deboom.read_platform, deboom.BoomingModel, deboom.vehicles.platform.Runs, deboom.analyse_paths
+
     Examples
     --------
     >>> import deboom
@@ -379,6 +383,10 @@ class Runs:
     - `band`: lower and upper edge, both inside [Hz].
     - `check`: surfaces against spectra; None if the forces are the measured ones.
     - `parts`: the library's mounts that the forces come from; empty if they are the measured ones.
+
+    See Also
+    --------
+    deboom.Platform, deboom.BoomingModel
     """
 
     platform: Platform

@@ -16,9 +16,10 @@ from deboom.bench.campaign import CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.files import platform, reader_process
 from deboom.mounts import characterise
+from deboom.pages import look
 from deboom.pages.thesis import read_thesis
 from deboom.report import Report
-from deboom.runs import runner, second_process
+from deboom.runs import platform_options, runner, second_process
 from deboom.runs.runner import load_study, run_study
 from deboom.runs.thesis import typed
 from deboom.vehicles import booming_model
@@ -53,14 +54,17 @@ def made_once(tmp_path_factory):
 
 @pytest.fixture(scope="session", autouse=True)
 def shipped_files_once():
-    # studies read the shipped platform, and describe their environment, again and again
-    read = platform.read_nodal
+    # studies read and check the shipped platform, and describe their environment, again and again
+    read = platform.read_platform
     kept = cache(read)
+
+    def read_once(folder):
+        path = platform.platform_folder(folder)
+        return (kept if STUDIES / "data" in path.parents else read)(path)
+
     with pytest.MonkeyPatch.context() as patch:
-        shipped = STUDIES / "data"
-        patch.setattr(
-            platform, "read_nodal", lambda path: (kept if shipped in path.parents else read)(path)
-        )
+        for module in (platform, platform_options, look):
+            patch.setattr(module, "read_platform", read_once)
         record = cache(runner.environment_record)
         patch.setattr(runner, "environment_record", lambda packages: deepcopy(record(packages)))
         yield

@@ -9,7 +9,7 @@ from scipy.stats import norm
 import deboom
 from deboom.errors import InputError
 from deboom.measurement.booming_peaks import compare_peaks
-from deboom.pages.front_answer import peaks_sentence
+from deboom.pages.front_answer import MOST_ROWS, peaks_sentence, vehicle_table
 from deboom.runs.search import peak_rise_limits
 from deboom.vehicles.fleet_front import CarLevels, FleetFront
 
@@ -104,6 +104,43 @@ def test_means_of_some_vehicles_are_weighted_among_these():
         np.testing.assert_allclose(fleet.mean(levels), whole, rtol=1e-14)
         np.testing.assert_allclose(fleet.mean(levels, [0, 1, 2]), first_three, rtol=1e-14)
         np.testing.assert_allclose(fleet.mean(levels, [0, 1]), first_two, rtol=1e-14)
+
+
+class Fleet:
+    """A model of flat levels, 60 dB(A) today, which rise with the one factor by a slope each."""
+
+    variable_names, response_unit, load_case_names = ("k",), "dB(A)", ("run",)
+    frequency = np.arange(20.0, 23.0)
+    n_lines = frequency.size
+
+    def __init__(self, slopes):
+        self.slopes = np.array(slopes)
+        self.response_names = tuple(f"car {number}" for number in range(self.slopes.size))
+
+    def levels(self, designs, case=None):
+        """Draw each vehicle alike at all lines."""
+        assert case in (None, "run")
+        each = 60.0 + (np.asarray(designs) - 1.0) * self.slopes
+        return np.repeat(each[..., np.newaxis], self.n_lines, axis=-1)
+
+    def __call__(self, designs):
+        """Sum the lines."""
+        return self.levels(designs).sum(axis=-1)
+
+
+@pytest.mark.parametrize("beyond", [0, 3])
+def test_the_first_screen_shows_the_vehicles_that_gain_least_and_the_mean_of_all(beyond):
+    slopes = np.linspace(-2.0, 12.0, MOST_ROWS + beyond)[::-1]  # the first gain most
+    model = Fleet(slopes)
+    space = deboom.DesignSpace(("k",), ("1",), *np.array([[1.0], [0.8], [1.2], [0.1]]))
+    robust = deboom.Robust(model, space, draws=16)
+    front = deboom.search(robust, generations=1, population=4, verified_with=16, polish=False)
+    table = vehicle_table(FleetFront(front), np.array([0.8]), target=np.full(slopes.size, 60.0))
+    assert list(table["vehicle"]) == [*model.response_names[beyond:], "mean"]
+    change = table["change [dB]"].to_numpy()
+    # the mean of few draws of the factor is not quite the factor
+    np.testing.assert_allclose(change[:-1], -0.2 * slopes[beyond:], rtol=2e-3)
+    assert change[-1] == pytest.approx(-0.2 * slopes.mean(), rel=2e-3)
 
 
 def test_only_todays_peaks_and_louder_new_ones_count():

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pyuff
+from pyuff.datasets.dataset_58 import _extract58
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError, naming
@@ -545,10 +546,11 @@ def write_uff(path: Path | str, functions: Sequence[UffFunction], *, binary: boo
         sets = [_SI_SET, *(set_58(function, binary) for function in functions)]
     with tempfile.TemporaryDirectory(prefix="deboom-") as folder:
         whole = Path(folder) / "whole.uff"
-        blocks = [_block(whole, content) for content in sets]
-        whole.write_bytes(b"".join(blocks))
+        blocks = _blocks(whole, sets)
+        content = b"".join(blocks)
+        whole.write_bytes(content)
         _check_written(path, whole, blocks[1:], functions)
-        replace_bytes(path, whole.read_bytes())
+    replace_bytes(path, content)
 
 
 def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
@@ -643,8 +645,8 @@ def write_sets(path: Path, sets: Sequence[Mapping[str, Any]]) -> None:
     - raises InputError: the file cannot be written.
     """
     with tempfile.TemporaryDirectory(prefix="deboom-") as folder:
-        scratch = Path(folder) / "set.uff"
-        replace_bytes(path, b"".join(_block(scratch, dict(each)) for each in (_SI_SET, *sets)))
+        blocks = _blocks(Path(folder) / "whole.uff", (_SI_SET, *sets))
+    replace_bytes(path, b"".join(blocks))
 
 
 def _scale(path: Path, file: Any, kinds: Sequence[int]) -> tuple[float, float] | None:
@@ -654,16 +656,36 @@ def _scale(path: Path, file: Any, kinds: Sequence[int]) -> tuple[float, float] |
     return scales.pop() if scales else None
 
 
-def _block(scratch: Path, content: dict[str, Any]) -> bytes:
-    stated, values = content.get("func_type", 0), content.get("data", np.empty(0))
-    # a copy: pyuff fills in the dictionary it is given; it writes no type above 9
-    copy = {**content, "func_type": 0 if stated > 9 else stated}
-    if content.get("binary"):  # pyuff writes number by number: it gets two, all follow below
-        copy |= {name: content[name][:2] for name in ("x", "data")}
+class _Added(pyuff.UFF):
+    """File to which pyuff adds sets, without looking for all sets in it after each."""
+
+    def refresh(self) -> bool:
+        """Do nothing: nothing is read from it."""
+        return True
+
+
+def _blocks(scratch: Path, sets: Sequence[Mapping[str, Any]]) -> list[bytes]:
+    """Return the bytes of each set, which pyuff adds to a file that is not there yet."""
+    file, ends = _Added(str(scratch)), [0]
     with _quiet():
-        pyuff.UFF(str(scratch)).write_sets([copy], mode="add")
-    *header, body = scratch.read_bytes().split(b"\n", 13)
-    scratch.unlink()
+        for content in sets:
+            # a copy: pyuff fills in the dictionary it is given; it writes no type above 9
+            copy = {**content, "func_type": min(content.get("func_type", 0), 9)}
+            if content.get("binary"):  # pyuff writes number by number: it gets two, all follow
+                copy |= {name: content[name][:2] for name in ("x", "data")}
+            file.write_sets([copy], mode="add")
+            ends.append(scratch.stat().st_size)
+    data = scratch.read_bytes()
+    return [
+        _completed(data[start:end], content)
+        for start, end, content in zip(ends, ends[1:], sets, strict=False)
+    ]
+
+
+def _completed(block: bytes, content: Mapping[str, Any]) -> bytes:
+    """Put the type of the function, and all its binary numbers, into what pyuff wrote."""
+    stated, values = content.get("func_type", 0), content.get("data", np.empty(0))
+    *header, body = block.split(b"\n", 13)
     if stated > 9:
         header[7] = b"%5i" % stated + header[7][5:]
     if content.get("binary"):
@@ -712,9 +734,9 @@ class _Sets(pyuff.UFF):
 
     def refresh(self) -> bool:
         """Find the sets; pyuff's own search takes any row that ends in -1 for a separator."""
-        with _mapped(Path(self._filename)) as data:
-            ends, self.is_whole = _set_ends(data)
-            heads = [data[start : start + 200].splitlines()[1:2] for start, _ in ends]
+        self._data = data = _mapped(Path(self._filename))
+        ends, self.is_whole = _set_ends(data)
+        heads = [data[start : start + 200].splitlines()[1:2] for start, _ in ends]
         blocks: Any = np.array([(start, end - 1) for start, end in ends], dtype=np.int64)
         self._block_ind = blocks
         kinds = [re.match(rb" *(\d+)(b?)", head[0] if head else b"") for head in heads]
@@ -729,41 +751,42 @@ class _Sets(pyuff.UFF):
         start, last = self._block_ind[index]
         return int(last) + 1 - int(start)
 
+    def _read_set(self, n: int, header_only: bool = False) -> Any:
+        # from the bytes at hand: pyuff opens the file again for each set
+        if self._set_types[n] == 58:
+            return _extract58(self._bytes_of(n), header_only=header_only)
+        return super()._read_set(n, header_only=header_only)
+
+    def _bytes_of(self, index: int) -> bytes:
+        start, last = self._block_ind[index]
+        return bytes(self._data[start : last + 1])
+
+    def _begin_of(self, index: int) -> bytes:
+        """Return the bytes of a set within which its header ends."""
+        start, last = self._block_ind[index]
+        return bytes(self._data[start : min(start + _LONGEST_HEADER, last + 1)])
+
     def header(self, index: int) -> list[bytes]:
         """Return the lines of a set's header, empty where it is longer than headers are."""
-        start, last = self._block_ind[index]
-        with Path(self._filename).open("rb") as file:
-            file.seek(start)
-            lines = file.read(min(_LONGEST_HEADER, last + 1 - start)).splitlines()
-        return [*lines, *[b""] * _HEADER_LINES][:_HEADER_LINES]
+        return [*self._begin_of(index).splitlines(), *[b""] * _HEADER_LINES][:_HEADER_LINES]
 
     def read_binary(self, index: int) -> Any:
         """Read the header of a binary set by pyuff, and its numbers without one object for each."""
         if not self._set_formats[index]:
             raise ValueError("a text has no binary numbers")
-        block = self._block_ind[index].copy()
-        with Path(self._filename).open("rb") as file:
-            file.seek(block[0])
-            header = _LINES_OF_HEADER.match(
-                file.read(min(_LONGEST_HEADER, block[1] + 1 - block[0]))
-            )
-            if header is None:
-                raise ValueError("the header has no 13 lines")
-            begin = int(block[0]) + header.end()
-            try:
-                self._block_ind[index] = block[0], begin - 1
-                content: dict[str, Any] = self.read_sets(index, header_only=True)
-            finally:
-                self._block_ind[index] = block
-            kind = content["ord_data_type"]
-            if kind not in _DATA_TYPES:
-                raise ValueError(f"{kind} is no type of data")
-            order = "<" if content["byte_ordering"] == 1 else ">"
-            stored = np.dtype(f"{order}f{4 if kind in _SINGLE else 8}")
-            count = (int(block[1]) + 1 - begin) // stored.itemsize
-            file.seek(begin)
-            numbers = np.fromfile(file, stored, count)
-        numbers = numbers.astype(stored.newbyteorder("="), copy=False)
+        header = _LINES_OF_HEADER.match(self._begin_of(index))
+        if header is None:
+            raise ValueError("the header has no 13 lines")
+        content: dict[str, Any] = _extract58(header[0], header_only=True)
+        kind = content["ord_data_type"]
+        if kind not in _DATA_TYPES:
+            raise ValueError(f"{kind} is no type of data")
+        order = "<" if content["byte_ordering"] == 1 else ">"
+        stored = np.dtype(f"{order}f{4 if kind in _SINGLE else 8}")
+        count = (self.size_of(index) - header.end()) // stored.itemsize
+        begin = int(self._block_ind[index][0]) + header.end()
+        numbers = np.frombuffer(self._data, stored, count, begin)
+        numbers = numbers.astype(stored.newbyteorder("="))  # a copy: the file is let go
         even = content["abscissa_spacing"] != 0
         width = (2 if kind in _COMPLEX else 1) + (not even)
         rows = numbers[: numbers.size // width * width].reshape(-1, width)
@@ -788,10 +811,7 @@ class _Sets(pyuff.UFF):
         """Read an ASCII set whose rows end in blanks or whose exponents are written with a D."""
         if self._set_formats[index]:
             raise ValueError("binary numbers have one spelling")
-        start, last = self._block_ind[index]
-        with Path(self._filename).open("rb") as file:
-            file.seek(start)
-            block = file.read(last + 1 - start)
+        block = self._bytes_of(index)
         header = _LINES_OF_HEADER.match(block)
         n = header.end() if header else 0
         rows = _EXPONENT_OF_FORTRAN.sub(rb"\1E\2", _BLANKS_OF_ROW.sub(b"", block[n:]))
@@ -801,11 +821,10 @@ class _Sets(pyuff.UFF):
             return _Sets(str(copy)).read_sets(0)
 
 
-@contextlib.contextmanager
-def _mapped(path: Path) -> Iterator[Any]:
-    """Give the bytes of a file that is not empty, of which only the pages looked at are read."""
-    with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
-        yield data
+def _mapped(path: Path) -> Any:
+    """Return the bytes of a file that is not empty, of which only the pages looked at are read."""
+    with path.open("rb") as file:
+        return mmap(file.fileno(), 0, access=ACCESS_READ)
 
 
 def _set_ends(data: Any) -> tuple[list[tuple[int, int]], bool]:
@@ -851,9 +870,7 @@ def _opened(path: Path) -> Any:
         )
     if not begin.strip() and (size <= len(begin) or not read_bytes(path).strip()):
         raise InputError(f"{path} is empty: export it again")
-    with _mapped(path) as data:
-        first = _SEPARATOR.search(data)
-    if not first:
+    if not _SEPARATOR.search(_mapped(path)):
         raise InputError(
             f"{path} is not a UFF file: it has no line with -1 in columns 5 and 6, it is "
             f"{kind_of(path)}; export it as UFF, data set 58"

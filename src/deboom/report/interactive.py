@@ -140,7 +140,6 @@ def render_interactive(front: InteractiveFront) -> str:
 def _page(front: object, facts: Sequence[str], data: str) -> str:
     return rendered(
         "interactive.html",
-        {},
         front=front,
         facts=facts,
         data=data,

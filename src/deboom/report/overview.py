@@ -49,4 +49,4 @@ def render_overview(cards: Sequence[RunCard], problems: Sequence[str] = ()) -> s
     studies: dict[str, list[RunCard]] = {}
     for card in sorted(cards, key=lambda card: (card.started, card.name), reverse=True):
         studies.setdefault(card.study, []).append(card)
-    return rendered("overview.html", {}, studies=studies, problems=list(problems), count=len(cards))
+    return rendered("overview.html", studies=studies, problems=list(problems), count=len(cards))

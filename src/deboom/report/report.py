@@ -7,7 +7,7 @@ import re
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from importlib.resources import files
 from itertools import groupby
 from math import isfinite
@@ -27,6 +27,7 @@ from deboom.tabled import json_text, table_file
 
 if TYPE_CHECKING:
     import pandas as pd
+    from jinja2 import Environment
 
     from deboom.plot.style import Drawing
 
@@ -526,12 +527,10 @@ class Report:
         given, contents = provenance or {}, len(self.sections) >= _CONTENTS_FROM
         return rendered(
             "page.html",
-            {
-                "paragraphs": _paragraphs,
-                "groups": _groups,
-                "anchor": self._anchors().get,
-                "columns": lambda table: text_columns(table.frame, table.decimals),
-            },
+            paragraphs=_paragraphs,
+            groups=_groups,
+            anchor=self._anchors().get,
+            text_columns=lambda table: text_columns(table.frame, table.decimals),
             page=self,
             terms={term: GLOSSARY[term] for term in self.terms},
             classes=" ".join(["answered"] * bool(self.verdict) + ["with-contents"] * contents),
@@ -562,16 +561,27 @@ class Report:
             raise InputError(f"report '{self.title}' has two things of the name '{name}'")
 
 
-def rendered(name: str, filters: Mapping[str, Callable[..., Any]], **content: Any) -> str:
+def rendered(name: str, **content: Any) -> str:
     """Render a template of this package; texts are escaped, a name without a value is an error."""
-    from jinja2 import Environment, StrictUndefined
+    return _templates().get_template(name).render(**content)
+
+
+@cache
+def _templates() -> Environment:
+    """Return what compiles each template of this package once, which takes longer than a page."""
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
 
     environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        loader=FunctionLoader(
+            lambda name: files("deboom.report").joinpath(name).read_text(encoding="utf-8")
+        ),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
-    environment.filters |= {"image": as_image, "audio": as_audio, **filters}
-    template = files("deboom.report").joinpath(name).read_text(encoding="utf-8")
-    return environment.from_string(template).render(**content)
+    environment.filters |= {"image": as_image, "audio": as_audio}
+    return environment
 
 
 def as_image(picture: Picture) -> dict[str, str | int]:

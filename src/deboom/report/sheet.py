@@ -127,7 +127,7 @@ class Sheet:
 
     def html(self) -> str:
         """Render the sheet as one HTML file without scripts, links or outside references."""
-        return rendered("sheet.html", {}, sheet=self, was=self.language.say("was", "vorher"))
+        return rendered("sheet.html", sheet=self, was=self.language.say("was", "vorher"))
 
     def local(self, number: str | float) -> str:
         """Write a number with the decimal sign of the language."""

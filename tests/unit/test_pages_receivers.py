@@ -15,7 +15,9 @@ from deboom.pages.front_answer import weights_sentence
 from deboom.pages.platform_front import PlatformFront
 from deboom.pages.receivers import report_vibrations, vibration_table, worse_sentence
 from deboom.report import Report
+from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.fleet_front import FleetFront
+from deboom.vehicles.uncertain_data import CALIBRATION, DAY, FLOOR
 
 RUN = PlannedRun(5, 220.0, full_load=True)
 
@@ -96,3 +98,28 @@ def test_data_measured_again_have_all_receivers(view):
     for receiver, frf in view.platform.fleet.vehicles[0].transfers.items():
         inside = np.isin(frf.frequency, view.index.frequency)
         np.testing.assert_allclose(kept.transfers[receiver].values, frf.values[inside], rtol=1e-12)
+
+
+def test_receivers_of_a_vehicle_share_calibration_and_day_and_leave_its_ear_alone(view):
+    index = uncertain_index(view.index, view.platform, ())
+    shared = index.data.drawn(0, 1, only=(CALIBRATION, DAY))[0].vehicles[0]
+    measured = index.data.measured[0].vehicles[0]
+    factors = [
+        shared.transfers[receiver].values / frf.values
+        for receiver, frf in measured.transfers.items()
+    ]
+    assert np.ptp(np.abs(factors[0])) > 0.01
+    for factor in factors[1:]:
+        np.testing.assert_allclose(factor, factors[0], rtol=1e-9)
+
+    alone = Fleet((replace(index.data.fleet.vehicles[0], receivers={}),))
+    of_ear = replace(index.data, fleet=alone).drawn(0, 1)[0].vehicles[0]
+    with_all = index.data.drawn(0, 1)[0].vehicles[0]
+    assert np.array_equal(of_ear.noise_transfer.values, with_all.noise_transfer.values)
+    # noise of an accelerometer, not of a microphone in its place
+    noisy = index.data.drawn(0, 1, only=(FLOOR,))[0].vehicles[0]
+    share = [
+        np.linalg.norm(noisy.transfers[receiver].values - frf.values) / np.linalg.norm(frf.values)
+        for receiver, frf in measured.transfers.items()
+    ]
+    assert share[2:] == pytest.approx([share[0]] * 2, rel=0.1)

@@ -123,9 +123,10 @@ def orders_table(view: PlatformFront) -> pd.DataFrame:
 def report_vibrations(report: Report, view: PlatformFront) -> None:
     """Fill the first screen with seats, wheels and idle; nothing where there are none."""
     if vibrating(view).size:
-        for row, change in zip(vibrating(view), vibration_changes(view), strict=True):
+        felt = [view.front.responses[row] for row in vibrating(view)]
+        for name, change in zip(felt, vibration_changes(view), strict=True):
             report.number(
-                f"vibration_change_db_{view.front.responses[row]}",
+                f"vibration_change_db_{name}",
                 float(change),
                 "dB",
                 "change of the mean level of the lines at the receiver by best-mean over the "

@@ -28,9 +28,10 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.bench.families import BRACKETS, KINDS, draw_family
+from deboom.bench.fleet import receiver_transfer
 from deboom.bench.layout import LOAD_CASES
 from deboom.bench.operating_run import drive
-from deboom.bench.platform_writer import write_platform
+from deboom.bench.platform_writer import receiver_generator, write_platform
 from deboom.bench.powertrain import load_bench
 from deboom.files.platform import read_platform
 from deboom.files.uncertain_index import uncertain_index
@@ -62,6 +63,8 @@ N_TUNING, N_JUDGING, N_REPEATED = 27, 40, 8
 """Platforms of each family: 162 of six families, 320, 64."""
 MIXED = {"stiffness": 0.5, "apart": 0.5, "payne": 0.5, "noise": 0.5, "gaps": 0.25, "dead": 0.25}
 """How often a platform has each factor of rubber and laboratory."""
+FELT = ", seats and wheels"
+"""What the names of arrays of vibrations add to those of the drivers' ears."""
 REPETITIONS = 16
 """Draws of the measurements."""
 FORMER = {
@@ -96,8 +99,11 @@ def platform(family: str, seed: int) -> dict[str, RealArray]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "p"
         options = {"load_cases": RUN, "groups": (GROUP,), "family": words, "receptance": True}
+        options["receivers"] = True
         data = read_platform(write_platform(path, seed, truth_seed=seed, **options))
     group = data.fleet.group(GROUP)
+    felt = [not receiver.is_sound for receiver in group.receivers]
+    rows = {"": np.unique(group.vehicle_of, return_index=True)[1], FELT: np.flatnonzero(felt)}
     at_rest = Fleet(tuple(replace(vehicle, receptance=None) for vehicle in group.vehicles))
     fleets = {
         Information.unknown: at_rest,
@@ -109,18 +115,28 @@ def platform(family: str, seed: int) -> dict[str, RealArray]:
     again = list(uncertain_index(rigid, replace(data, fleet=at_rest), ()).draws(REPETITIONS, 1))
     designs, arrays = [np.ones(len(rigid.variable_names))], {}
     for state, model in models.items():
-        pick = quieter_design(model)
+        pick = quieter_design(
+            coupled_model(data, Fleet(tuple(map(_with_one_ear, fleets[state].vehicles))))
+        )
         designs.append(pick)
         draws = change_draws(model, again, group, data.mounts, pick, information=state, seed=seed)
-        arrays |= {
-            f"{state.name} predicted": np.stack([draws.predicted[0], draws.predicted_peak[0]]),
-            f"{state.name} drawn": np.stack([draws.drawn[:, 0], draws.drawn_peak[:, 0]], axis=1),
-            f"{state.name} repeated": _repeated(model, again, pick),
+        every = {
+            "predicted": np.stack([draws.predicted[0], draws.predicted_peak[0]]),
+            "drawn": np.stack([draws.drawn[:, 0], draws.drawn_peak[:, 0]], axis=1),
+            "repeated": _repeated(model, again, pick),
         }
-    true = _driven(drawn, group.names, np.array(designs), rigid.frequency)
+        for words, of in rows.items():
+            arrays |= {f"{state.name} {name}{words}": each[..., of] for name, each in every.items()}
+    true = _driven(drawn, group, np.array(designs), rigid.frequency)
     for number, state in enumerate(models, 1):
-        arrays[f"{state.name} true"] = true[number] - true[0]
+        for words, of in rows.items():
+            arrays[f"{state.name} true{words}"] = (true[number] - true[0])[..., of]
     return {name: values.astype(np.float32) for name, values in arrays.items()}
+
+
+def _with_one_ear(vehicle: Any) -> Any:
+    """Leave the receivers beside a vehicle's ear out."""
+    return replace(vehicle, receivers={})
 
 
 def of_driving_points(vehicle: Any) -> Any:
@@ -143,20 +159,29 @@ def _repeated(model: Any, again: list[Any], pick: RealArray) -> RealArray:
     return np.array(changes)
 
 
-def _driven(family: Any, cars: tuple[str, ...], designs: RealArray, lines: RealArray) -> RealArray:
-    """Drive designs in every car: mean level and loudest line, (n, 2, v) [dB(A)]."""
+def _driven(family: Any, cars: Fleet, designs: RealArray, lines: RealArray) -> RealArray:
+    """Drive designs in every car: mean level and loudest line of all receivers, (n, 2, v) [dB]."""
     fleet, bench = family.fleet(), family.bench(load_bench(family.truth_seed))
     torque = bench.ramp.torque(TORQUE, rpm_of_frequency(lines, bench.order_torque.order))
     stiffness, loss = family.in_car(len(bench.mount_names))
-    levels = np.empty((len(designs), 2, len(cars)))
-    for number, design in enumerate(designs):
+    scales = {r: r.pressure_of_same_level(lines)[:, np.newaxis] for r in cars.receivers}
+    levels: list[list[RealArray]] = []
+    for design in designs:
         scale = stiffness * np.append(design[: PATHS - 1], [design[PATHS - 1]] * 2)
-        for place, car in enumerate(cars):
-            body = fleet.bodies[car]
+        levels.append([])
+        for car in cars.vehicles:
+            body = fleet.bodies[car.name]
             run = drive(bench, body, fleet.cabin, GEAR, torque, lines, scale, loss)
-            level = spl(run.pressure[:, 0], lines, axis=-1)
-            levels[number, :, place] = level.mean(), level.max()
-    return levels
+            own = receiver_generator(family.seed, car.name)
+            transfer = receiver_transfer(body, fleet.cabin, lines, own)
+            for receiver in car.transfers:
+                answer = run.pressure[:, 0]
+                if receiver.name:
+                    felt = transfer[receiver.name] * scales[receiver]
+                    answer = (felt * run.path_force).sum(axis=1)
+                level = spl(answer, lines, axis=-1)
+                levels[-1].append(np.array([level.mean(), level.max()]))
+    return np.moveaxis(np.array(levels), 2, 1)
 
 
 def draw(first: int, n_platform: int, families: tuple[str, ...], folder: Path) -> None:
@@ -235,16 +260,22 @@ def read(folder: Path) -> Platforms:
 
 
 def records(
-    platforms: Platforms, state: Information, statistic: str = "cars", *, peak: bool = False
+    platforms: Platforms,
+    state: Information,
+    statistic: str = "cars",
+    *,
+    peak: bool = False,
+    felt: bool = False,
 ) -> Records:
-    """Arrange platforms in one state of information."""
+    """Arrange platforms in one state of information; `felt`: seats and wheels in place of ears."""
+    words = FELT if felt else ""
     of, rows = STATISTICS[statistic], []
     for seed, arrays in platforms.items():
         true, predicted, drawn = (
-            of(arrays[f"{state.name} {name}"][..., int(peak), :].astype(float))
+            of(arrays[f"{state.name} {name}{words}"][..., int(peak), :].astype(float))
             for name in ("true", "predicted", "drawn")
         )
-        repeated = of(arrays[f"{state.name} repeated"].astype(float)).std(axis=0, ddof=1)
+        repeated = of(arrays[f"{state.name} repeated{words}"].astype(float)).std(axis=0, ddof=1)
         middle, (low, high) = drawn.mean(axis=0), np.quantile(drawn, [0.05, 0.95], axis=0)
         sides = np.hypot(middle - low, prior.FLOOR), np.hypot(high - middle, prior.FLOOR)
         many = np.full(true.shape, seed % TUNING // APART), np.full(true.shape, seed)

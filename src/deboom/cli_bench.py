@@ -163,7 +163,8 @@ def write(
         bool,
         typer.Option(
             "--receivers",
-            help="Write functions to a rear ear, the seat rail and the wheel as well (UFF).",
+            help="Write functions to a rear ear, the seat rail and the wheel, and a run at idle, "
+            "as well (UFF).",
         ),
     ] = False,
     body_scatter: BodyScatter = 1.0,

@@ -114,7 +114,17 @@ def test_vehicles_measured_in_two_ways_replace_the_priors(tmp_path):
 
     assert {source.origin for source in fleet} == {"both methods in U06-1, U06-2, U06-3"}
     ones = np.ones((1, 3, 2), dtype=complex)
-    data = MeasuredArrays(np.arange(3.0), ones, ones.real, *[np.empty(0)] * 2, (), ())
+    data = MeasuredArrays(
+        frequency=np.arange(3.0),
+        transfer=ones,
+        transfer_around=ones.real,
+        displacement=np.empty(0),
+        force=np.empty(0),
+        paths=(),
+        channels=(),
+        vehicle_of=np.array([0]),
+        floor=np.ones((1, 3)),
+    )
     drawn = [
         {s.name: s.measured_again(data, np.random.default_rng(1)).transfer for s in sources}
         for sources in (fleet, mean)

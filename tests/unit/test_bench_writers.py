@@ -241,9 +241,9 @@ def test_receivers_are_written_beside_files_that_stay(tmp_path):
     one = {"groups": ("U06-1",), "load_cases": (PlannedRun(5, 220.0, full_load=True),)}
     plain = write_platform(tmp_path / "plain", 3, **one)
     folder = write_platform(tmp_path / "with", 3, receivers=True, **one)
-    changed = {"platform.toml", "README.txt", "receivers/U06-1.uff"}
-    assert set(files_of(folder)) - set(files_of(plain)) == {"receivers/U06-1.uff"}
-    for name in set(files_of(plain)) - changed:
+    further = {"receivers/U06-1.uff", "operating/idle.uff"}
+    assert set(files_of(folder)) - set(files_of(plain)) == further
+    for name in set(files_of(plain)) - {"platform.toml", "README.txt"}:
         assert (folder / name).read_bytes() == (plain / name).read_bytes(), name
     platform = read_platform(folder)
     model = platform.model(motion="coupled", mounts="spectra")
@@ -258,3 +258,9 @@ def test_receivers_are_written_beside_files_that_stay(tmp_path):
     for row in (2, 3):
         assert 20.0 <= model.frequency[levels[row].argmax()] <= 36.0
         assert 60.0 < levels[row].max() < 120.0
+    # idle: the firing order leads, at 30 to 60 dB(A) and 3 mm/s² to 1 m/s²
+    (idle,) = model.idle
+    at_idle = idle.levels(today)[0]
+    assert set(idle.orders[at_idle.argmax(axis=1)]) == {platform.load_cases[0].order}
+    assert 30.0 < idle(today)[0, 0] < 60.0
+    assert np.all((idle(today)[0, 2:] > 70.0) & (idle(today)[0, 2:] < 120.0))

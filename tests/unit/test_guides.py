@@ -6,8 +6,10 @@ import re
 import runpy
 import shlex
 import sys
+import tomllib
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -19,8 +21,10 @@ from command_line import call
 from deboom.bench import example
 from deboom.cli import StudyCommand, app
 from deboom.files.acceptance import read_delivered_parts
+from deboom.files.design_limits import read_level_limits
 from deboom.files.folders import new_folder
 from deboom.files.kinds import FolderKind
+from deboom.files.platform import LoadCaseEntry, VehicleEntry
 from deboom.files.rows import PlacedImpact
 from deboom.files.supplier_words import WORDS
 from deboom.files.tables import read_table
@@ -34,6 +38,7 @@ from deboom.plot import levels
 from deboom.report import interactive, live
 from deboom.runs.runner import load_study
 from deboom.tabled import MOST_ROWS
+from deboom.vehicles.receivers import Receiver
 
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "docs" / "guides" / "your-own-platform.md"
@@ -75,6 +80,35 @@ def test_the_guide_shows_what_the_check_prints(tmp_path, monkeypatch):
     written = new_folder(Path("example/platform"), FolderKind.platform, example.PLATFORM)
     example.fill_platform(written)
     assert call(*shlex.split(again)[1:]).stdout.strip() in guide
+
+
+def test_the_guide_to_seats_states_keys_and_limits_that_are_taken(tmp_path):
+    every = blocks(text_of("seats-and-idle"), "toml")
+    receivers, _, case, _ = (tomllib.loads(block) for block in every)
+    vehicle = VehicleEntry(
+        name="U06-1",
+        group="U06",
+        noise_transfer="noise_transfer/U06-1.uff",
+        receivers=receivers["vehicles"]["receivers"],
+    )
+    assert [entry.name for entry in vehicle.receivers] == ["driver ear", "rear ear", "seat rail z"]
+    (entry,) = case["load_cases"]
+    assert LoadCaseEntry(**entry).is_idle
+    names = ("U06-1", "U06-1, rear ear", "U06-1, seat rail z")
+    seat = Receiver("seat rail z", "acceleration", "Wk", target=vehicle.receivers[2].target_db)
+    model = SimpleNamespace(
+        response_names=names,
+        response_unit=f"dB(A), dB(A), {seat.level_unit}",
+        receivers=(Receiver(), Receiver("rear ear"), seat),
+        n_lines=161,
+        idle=("a run",),
+    )
+    for block, at_most in ((every[1], 161 * 80.0), (every[3], "today")):
+        path = tmp_path / "limits.toml"
+        path.write_text(block, encoding="utf-8")
+        (limit,) = read_level_limits(path, model)
+        assert limit.at_most == at_most
+        assert limit.number.name.endswith("U06-1, seat rail z")
 
 
 def test_a_foreign_response_gets_a_front_of_its_own(tmp_path, monkeypatch):

@@ -1,6 +1,6 @@
 """The first screen of a front with seats and wheel, and data measured again with receivers."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -8,14 +8,26 @@ import pytest
 import deboom
 from deboom.bench.operating_run import PlannedRun
 from deboom.bench.platform_writer import write_platform
+from deboom.errors import InputError
 from deboom.files.check import check_platform
 from deboom.files.platform import read_platform
 from deboom.files.uncertain_index import uncertain_index
 from deboom.pages.front_answer import weights_sentence
 from deboom.pages.platform_front import PlatformFront
-from deboom.pages.receivers import report_vibrations, vibration_table, worse_sentence
+from deboom.pages.receivers import (
+    idle_table,
+    orders_table,
+    report_vibrations,
+    vibration_table,
+    worse_sentence,
+)
 from deboom.report import Report
+from deboom.runs.options import AimOptions
+from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.fleet_front import FleetFront
+from deboom.vehicles.idle import IdleModel
+from deboom.vehicles.level_objectives import level_limits
+from deboom.vehicles.uncertain_data import CALIBRATION, DAY, FLOOR
 
 RUN = PlannedRun(5, 220.0, full_load=True)
 
@@ -60,6 +72,13 @@ def test_a_check_names_receivers_and_takes_the_level_of_ears(view):
     ]
     (level,) = [line for line in lines if line.startswith("level")]
     assert float(level.split()[3]) < 80.0
+    (idle,) = [line.split(maxsplit=1)[1] for line in lines if line.startswith("idle")]
+    assert idle.startswith(
+        "idle: idle in drive, 900 rpm; 900 rpm, orders 1.5, 2, 2.5, 3, 3.5, 4, 4.5, 5; orders 0.5, "
+        "1, 5.5, 6 are left out, because no functions were measured there; largest level of all "
+        "orders "
+    )
+    assert "dB(Wk) re 1 µm/s² in U06-1, seat rail z" in idle
 
 
 def test_what_vibrates_more_stands_first(view):
@@ -79,9 +98,68 @@ def test_what_vibrates_more_stands_first(view):
     report = Report("title", "question")
     report.answer("verdict")
     report_vibrations(report, worse)
-    (panel,) = report.panels
-    assert panel.title == "Seats and wheel"
+    assert [panel.title for panel in report.panels] == ["Seats and wheel", "At idle"]
     assert not report.failures
+
+
+def test_a_page_shows_idle_order_by_order_and_names_what_gets_worse_there(view):
+    (idle,) = view.index.idle
+    designs = np.stack([view.fleet.today, view.best])
+    every = idle(designs)
+    table = idle_table(view).set_index("receiver")
+    assert table["level today [dB]"]["U06-1, seat rail z"] == pytest.approx(every[0, 2])
+    assert table["change [dB]"]["U06-1"] == pytest.approx(every[1, 0] - every[0, 0])
+    assert table["change [dB]"].is_monotonic_decreasing
+    assert table["rms today"]["U06-1"] == ""
+    orders = orders_table(view).set_index(["receiver", "design"]).loc[("U06-1, wheel y", "today")]
+    of_orders = orders[[f"order {order:g} [dB]" for order in idle.orders]].to_numpy(float)
+    assert 10 * np.log10(np.sum(10 ** (of_orders / 10))) == pytest.approx(every[0, 3])
+
+    # everything is felt more at idle than today
+    louder = replace(view.index, idle=(Raised(idle, view.best),))
+    front = replace(view.front, robust=replace(view.front.robust, evaluate=louder))
+    worse = replace(view, front=front)
+    assert "U06-1, wheel y at idle (+9.0 dB)" in worse_sentence(worse)
+
+
+@dataclass(frozen=True)
+class Raised:
+    """Idle whose levels are 9 dB above today's in one design."""
+
+    idle: IdleModel
+    design: np.ndarray
+
+    def __call__(self, designs):
+        """Return levels, shape (n, v)."""
+        today = self.idle(np.ones((1, len(self.design))))
+        return today + 9.0 * np.all(designs == self.design, axis=1)[:, np.newaxis]
+
+
+def test_idle_is_limited_receiver_by_receiver_and_searched_for(view):
+    model = view.index
+    felt = level_limits(model, "idle", "today")
+    assert [limit.number.name for limit in felt] == [
+        "mean of the level at idle, U06-1, seat rail z",
+        "mean of the level at idle, U06-1, wheel y",
+    ]
+    objectives = AimOptions(also=["idle=U06-1, seat rail z"]).objectives(model)
+    exact = replace(view.front.robust.space, tolerance=np.zeros(12))
+    robust = deboom.Robust(model, exact, draws=8, objectives=objectives, limits=felt)
+    designs = np.ones((2, 12))
+    designs[1, :9] = 1.2
+    levels, values = model.idle[0](designs), robust(designs)
+    np.testing.assert_allclose(values.objectives[:, 2], levels[:, 2], rtol=1e-12)
+    assert robust.unit_of(objectives[2]) == "dB(Wk) re 1 µm/s²"
+    rise = np.maximum(levels[1, 2:] - levels[0, 2:], 0.0)
+    np.testing.assert_allclose(values.excess, [[0.0, 0.0], rise], atol=1e-9)
+    with pytest.raises(InputError, match=r"not compared: name the receiver, such as 'U06-1, wheel"):
+        level_limits(model, "idle", 80.0)
+    with pytest.raises(InputError, match="the target of a receiver is a mean level over lines"):
+        level_limits(model, "idle", "target")
+    with pytest.raises(InputError, match='state a load case with kind = "idle"'):
+        level_limits(replace(model, idle=()), "idle", "today")
+    with pytest.raises(InputError, match=r"load case 'idle' is at idle, whose level is in no sum"):
+        view.platform.runs(["idle"], mounts="spectra")
 
 
 def test_data_measured_again_have_all_receivers(view):
@@ -96,3 +174,28 @@ def test_data_measured_again_have_all_receivers(view):
     for receiver, frf in view.platform.fleet.vehicles[0].transfers.items():
         inside = np.isin(frf.frequency, view.index.frequency)
         np.testing.assert_allclose(kept.transfers[receiver].values, frf.values[inside], rtol=1e-12)
+
+
+def test_receivers_of_a_vehicle_share_calibration_and_day_and_leave_its_ear_alone(view):
+    index = uncertain_index(view.index, view.platform, ())
+    shared = index.data.drawn(0, 1, only=(CALIBRATION, DAY))[0].vehicles[0]
+    measured = index.data.measured[0].vehicles[0]
+    factors = [
+        shared.transfers[receiver].values / frf.values
+        for receiver, frf in measured.transfers.items()
+    ]
+    assert np.ptp(np.abs(factors[0])) > 0.01
+    for factor in factors[1:]:
+        np.testing.assert_allclose(factor, factors[0], rtol=1e-9)
+
+    alone = Fleet((replace(index.data.fleet.vehicles[0], receivers={}),))
+    of_ear = replace(index.data, fleet=alone).drawn(0, 1)[0].vehicles[0]
+    with_all = index.data.drawn(0, 1)[0].vehicles[0]
+    assert np.array_equal(of_ear.noise_transfer.values, with_all.noise_transfer.values)
+    # noise of an accelerometer, not of a microphone in its place
+    noisy = index.data.drawn(0, 1, only=(FLOOR,))[0].vehicles[0]
+    share = [
+        np.linalg.norm(noisy.transfers[receiver].values - frf.values) / np.linalg.norm(frf.values)
+        for receiver, frf in measured.transfers.items()
+    ]
+    assert share[2:] == pytest.approx([share[0]] * 2, rel=0.1)

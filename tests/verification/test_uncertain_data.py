@@ -356,11 +356,13 @@ def arrays_of(transfer):
         **{
             name: None
             for name in MeasuredArrays.__dataclass_fields__
-            if name not in ("transfer", "frequency", "transfer_around")
+            if name not in ("transfer", "frequency", "transfer_around", "vehicle_of", "floor")
         },
         transfer=transfer,
         frequency=np.arange(float(transfer.shape[1])),
         transfer_around=np.abs(transfer),
+        vehicle_of=np.arange(len(transfer)),
+        floor=np.ones(transfer.shape[:2]),
     )
 
 

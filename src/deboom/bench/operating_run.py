@@ -63,6 +63,43 @@ class PlannedRun:
         return f"{ordinal} gear, full load, {self.torque:.0f} Nm"
 
 
+@dataclass(frozen=True)
+class PlannedIdle:
+    """One run at idle, on the lines of the orders 0.5 to 6.
+
+    - `speed`: of the engine [1/min].
+    - `gear`: gear from 1, engaged through a converter.
+    - `torque`: of the engine against the converter [N m].
+    """
+
+    speed: float = 900.0
+    gear: int = 1
+    torque: float = 25.0
+
+    name = "idle"
+
+    @property
+    def title(self) -> str:
+        """Title, such as ``idle in drive, 900 rpm``."""
+        return f"idle in drive, {self.speed:g} rpm"
+
+    @property
+    def frequency(self) -> RealArray:
+        """Line of each order, shape (12,) [Hz]."""
+        return np.asarray(IDLE_ORDERS * self.speed / 60.0)
+
+
+IDLE_ORDERS = np.arange(1, 13) / 2.0
+"""Orders of idle [1]."""
+THROTTLED = 0.15
+"""Gas torque at idle over that of the fit, which belongs to full load: a manifold at 0.3 bar in
+place of 2 bar [1]; judgement."""
+FIRING_HARMONICS = {1: 1.0, 2: 0.4, 3: 0.2, 4: 0.1}
+"""Torque of each multiple of the firing order over that of the firing order [1]; judgement."""
+UNEVEN_FIRING = (0.02, 0.08)
+"""Bounds of the same of all other orders: cylinders burn unevenly at idle [1]; judgement."""
+
+
 @dataclass(frozen=True, eq=False)
 class BodyState:
     """Steady state of one suspended body over the lines of a run.
@@ -187,15 +224,52 @@ def operate(
     Engine torque [N m] and frequency [Hz], each (f,), are in the order of time. A gear that does
     not exist is refused.
     """
-    ratio = total_ratio(bench, gear)
     rpm = rpm_of_frequency(frequency, bench.order_torque.order)
-    order_torque = bench.order_torque.torque(engine_torque, rpm)
+    return _shaken(
+        bench,
+        gear,
+        engine_torque,
+        frequency,
+        bench.order_torque.torque(engine_torque, rpm),
+        bench.dynamic_load(engine_torque, rpm),
+    )
+
+
+def idle_run(
+    bench: VirtualBench, planned: PlannedIdle, generator: np.random.Generator
+) -> OperatingRun:
+    """Run the bench at idle: every order shakes it at a line of its own.
+
+    - `generator`: of the orders beside those of firing, and of all phases.
+    """
+    frequency = planned.frequency
+    torque, rpm = np.full(frequency.size, planned.torque), np.full(frequency.size, planned.speed)
+    multiples = IDLE_ORDERS / bench.order_torque.order
+    low, high = np.log(UNEVEN_FIRING)
+    uneven = np.exp(generator.uniform(low, high, IDLE_ORDERS.size))
+    shares = np.array([FIRING_HARMONICS.get(m, u) for m, u in zip(multiples, uneven, strict=True)])
+    phases = np.where(multiples == 1.0, 0.0, generator.uniform(-np.pi, np.pi, IDLE_ORDERS.size))
+    order_torque = THROTTLED * bench.order_torque.torque(torque, rpm)
+    order_torque = order_torque * shares * np.exp(1j * phases)
+    load: ComplexArray = np.outer(order_torque, TORQUE_AXIS)
+    if bench.reciprocating is not None:
+        load[multiples == 1.0] += bench.reciprocating.load(rpm)[multiples == 1.0]
+    return _shaken(bench, planned.gear, torque, frequency, order_torque, load)
+
+
+def _shaken(
+    bench: VirtualBench,
+    gear: int,
+    engine_torque: RealArray,
+    frequency: RealArray,
+    order_torque: ComplexArray,
+    load: ComplexArray,
+) -> OperatingRun:
+    """Shake the bench by the order torque (f,) [N m] and the load on its powertrain (f, 6)."""
+    ratio = total_ratio(bench, gear)
     wheel_torque = engine_torque * ratio
     powertrain = steady_state(
-        bench.powertrain,
-        np.outer(wheel_torque, TORQUE_AXIS),
-        bench.dynamic_load(engine_torque, rpm),
-        frequency,
+        bench.powertrain, np.outer(wheel_torque, TORQUE_AXIS), load, frequency
     )
     wheel_end = steady_state(
         bench.wheel_end,

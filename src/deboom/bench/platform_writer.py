@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from deboom.arrays import AXES, BoolArray, ComplexArray
+from deboom.arrays import AXES, BoolArray, ComplexArray, RealArray
 from deboom.bench import layout, sensors, writing
 from deboom.bench.families import BRACKETS, Family, draw_family
 from deboom.bench.fleet import (
@@ -24,7 +24,7 @@ from deboom.bench.fleet import (
     receiver_transfer,
     scattered_body,
 )
-from deboom.bench.operating_run import PlannedRun, true_run
+from deboom.bench.operating_run import PlannedIdle, PlannedRun, idle_run, true_run
 from deboom.bench.powertrain import SIDES, VirtualBench, load_bench
 from deboom.bench.signals import complex_normal
 from deboom.errors import InputError
@@ -47,6 +47,8 @@ RECEIVER_NODES = {"rear ear": 951, "seat rail z": 952, "wheel y": 953}
 WEIGHTINGS: dict[str, Literal["Wk", "Wh"]] = {"seat rail z": "Wk", "wheel y": "Wh"}
 FELT_FLOOR = 2e-6
 """Noise floor of an accelerance at seat or wheel, of real and imaginary part [(m/s²)/N]."""
+IDLE = PlannedIdle()
+"""The run at idle that goes with seats and wheel."""
 MOUNT_TABLE, CHANNEL_TABLE = "mounts.csv", "channels.csv"
 DEFAULT_LOAD_CASE = "g5_wot220"
 
@@ -97,8 +99,8 @@ def write_platform(
     driving_points : bool
         Measure it at the paths alone instead, along the force: the same numbers.
     receivers : bool
-        Measure a rear ear, a seat rail and the wheel of every vehicle as well; all other files
-        stay, but for ``platform.toml``.
+        Measure a rear ear, a seat rail and the wheel of every vehicle as well, and a run at idle;
+        all other files stay, but for ``platform.toml``.
     body_scatter : float
         Factor on what cars of one drawing differ by [1], see `deboom.bench.fleet.load_fleet`; seed
         1, whose fleet is frozen, takes 1 alone.
@@ -265,6 +267,17 @@ def _write_files(
         runs[case.name] = run
         yield name
 
+    if receivers:
+        key = zlib.crc32(IDLE.name.encode())
+        idle = idle_run(bench, IDLE, np.random.default_rng([family.truth_seed, key]))
+        measured = sensors.measured_run(
+            instrumentation, idle, budget, np.random.default_rng([seed, key]), dead
+        )
+        write_uff(
+            folder / f"operating/{IDLE.name}.uff",
+            _spectra(bench, measured, idle.frequency, "orders 0.5 to 6", IDLE.title),
+        )
+
     listed = [(point, axis) for point in layout.paths(bench, per_piece) for axis in point.axes]
     transfers = {}
     children = for_vehicles.spawn(len(fleet.bodies))
@@ -341,17 +354,33 @@ def _operating_functions(
     bench: VirtualBench, measured: sensors.MeasuredRun, case: PlannedRun, lines: BoolArray
 ) -> list[UffFunction]:
     """Return displacement and force of one run at every virtual point, UFF type 0."""
+    return _spectra(
+        bench,
+        replace(measured, displacement=measured.displacement[lines], force=measured.force[lines]),
+        layout.FREQUENCY[lines],
+        f"order {bench.order_torque.order:g}",
+        case.title,
+    )
+
+
+def _spectra(
+    bench: VirtualBench,
+    measured: sensors.MeasuredRun,
+    frequency: RealArray,
+    orders: str,
+    title: str,
+) -> list[UffFunction]:
+    """Return displacement and force on their lines at every virtual point, UFF type 0."""
     columns = [(point, axis) for point in layout.points(bench) for axis in point.axes]
     return [
         writing.function(
             writing.SPECTRUM,
-            layout.FREQUENCY[lines],
-            values[lines],
+            frequency,
+            values,
             writing.Dof(point.node, f"+{axis}", point.name, quantity),
             None,
-            f"order {bench.order_torque.order:g}, {quantity} at the virtual point, "
-            f"{point.channel(axis)}",
-            case.title,
+            f"{orders}, {quantity} at the virtual point, {point.channel(axis)}",
+            title,
             "complex peak amplitude, phase referred to the tacho",
         )
         for quantity, spectra in (
@@ -426,7 +455,7 @@ def _receiver_functions(
     """Measure further receivers of a vehicle per force at every path, UFF type 4."""
     if per_piece:
         raise InputError("receivers are measured per mount: leave out --per-piece")
-    generator = np.random.default_rng([family.seed, zlib.crc32(f"receivers {vehicle}".encode())])
+    generator = receiver_generator(family.seed, vehicle)
     true = receiver_transfer(body, fleet.cabin, layout.FREQUENCY, generator)
     functions = []
     for name, values in true.items():
@@ -453,6 +482,11 @@ def _receiver_functions(
     return functions
 
 
+def receiver_generator(seed: int, vehicle: str) -> np.random.Generator:
+    """Return the generator of the receivers of a vehicle: its own seat and wheel, then errors."""
+    return np.random.default_rng([seed, zlib.crc32(f"receivers {vehicle}".encode())])
+
+
 def _receiver_entries(vehicle: str, ear_node: int) -> tuple[platform.ReceiverEntry, ...]:
     """Return the receivers of a vehicle in ``platform.toml``."""
     entries = [platform.ReceiverEntry(name="driver ear", kind="sound", node=ear_node)]
@@ -469,6 +503,19 @@ def _receiver_entries(vehicle: str, ear_node: int) -> tuple[platform.ReceiverEnt
             )
         )
     return tuple(entries)
+
+
+def _idle_entry() -> platform.LoadCaseEntry:
+    """Return the run at idle in ``platform.toml``."""
+    return platform.LoadCaseEntry(
+        name=IDLE.name,
+        title=IDLE.title,
+        kind="idle",
+        speed_rpm=IDLE.speed,
+        gear=IDLE.gear,
+        torque_limit_nm=IDLE.torque,
+        operating=f"operating/{IDLE.name}.uff",
+    )
 
 
 def _channel_rows(
@@ -536,15 +583,18 @@ def _platform_file(
             )
             for node, vehicle in enumerate(fleet.bodies, layout.FIRST_EAR_NODE)
         ),
-        load_cases=tuple(
-            platform.LoadCaseEntry(
-                name=case.name,
-                title=case.title,
-                gear=case.gear,
-                torque_limit_nm=case.torque,
-                operating=f"operating/{case.name}.uff",
-                torque_table=f"operating/{case.name}_torque.csv",
-            )
-            for case in load_cases
+        load_cases=(
+            *(
+                platform.LoadCaseEntry(
+                    name=case.name,
+                    title=case.title,
+                    gear=case.gear,
+                    torque_limit_nm=case.torque,
+                    operating=f"operating/{case.name}.uff",
+                    torque_table=f"operating/{case.name}_torque.csv",
+                )
+                for case in load_cases
+            ),
+            *((_idle_entry(),) if receivers else ()),
         ),
     )

@@ -31,8 +31,10 @@ from deboom.mounts.mount import in_mount_axes, not_identified, refuse_active_mou
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import not_rigid
 from deboom.physics.sound_level import spl
+from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.expected_change import Information, known_of_body
 from deboom.vehicles.fleet import Fleet, path_contributions
+from deboom.vehicles.idle import IdleModel, IdleRun, idle_model
 from deboom.vehicles.platform import BAND, LIBRARY_FILE, PLATFORM_FILE, MountSource, Platform
 from deboom.vehicles.plausibility import of_moving_body, rigid_share
 from deboom.vehicles.receivers import Receiver
@@ -218,9 +220,47 @@ def _refuse_physics(platform: Platform) -> None:
             tell(fault)
         with noting(tell):
             platform.refuse_contradictions()
+        for run in platform.idle:
+            with noting(tell):
+                _at_idle(platform, run)
     if platform.library_file.exists():
         every = [case.name for case in platform.load_cases]
         platform.runs(every, mounts=MountSource.library_inside)
+
+
+def _at_idle(platform: Platform, run: IdleRun) -> IdleModel:
+    """Return the model of a run at idle with the motion as measured."""
+    with warnings.catch_warnings():
+        # brackets do not count in this motion, which the summary says elsewhere
+        warnings.simplefilter("ignore", DataWarning)
+        return idle_model(
+            run,
+            platform.fleet,
+            platform.mounts,
+            motion=Motion.prescribed,
+            powertrain=platform.powertrain,
+        )
+
+
+def idle_in_words(idle: IdleModel) -> str:
+    """Say which orders of a run at idle count, and how loud it is where it is loudest."""
+    run, orders = idle.run, idle.orders
+    words = (
+        f"{run.name}: {run.case.title}; {run.speed:g} rpm, orders "
+        f"{', '.join(f'{order:g}' for order in orders)}"
+    )
+    if idle.left_out.size:
+        words += (
+            f"; orders {', '.join(f'{order:g}' for order in idle.left_out)} are left out, because "
+            "no functions were measured there"
+        )
+    levels = idle(np.ones((1, len(idle.variable_names))))[0]
+    loudest: dict[str, tuple[float, str]] = {}
+    for name, receiver, level in zip(idle.response_names, idle.receivers, levels, strict=True):
+        unit = receiver.level_unit
+        loudest[unit] = max(loudest.get(unit, (-np.inf, "")), (float(level), name))
+    most = ", ".join(f"{level:.1f} {unit} in {name}" for unit, (level, name) in loudest.items())
+    return f"{words}; largest level of all orders {most}"
 
 
 def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
@@ -281,6 +321,8 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         default = " (default)" if entry.name == platform.default_load_case else ""
         torque = "with engine torque" if entry.engine_torque is not None else "no engine torque"
         yield "load case", f"{entry.name}{default}: {entry.title}; gear {entry.gear}, {torque}"
+    for run in platform.idle:
+        yield "idle", idle_in_words(_at_idle(platform, run))
     for entry in platform.load_cases:
         rows = losses(in_mount_axes(platform.mounts, entry))
         words = losses_in_words(rows, rigid_share(platform.mounts, entry))

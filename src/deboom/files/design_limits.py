@@ -190,8 +190,8 @@ class LevelEntry(StrictModel):
 
     - `vehicle`: its name, or that of another receiver, such as ``U06-1, seat rail z``.
     - `statistic`: see `deboom.vehicles.level_objectives.level_statistics`.
-    - `at_most_db`: mean over the lines, or the loudest line of ``peak``; ``today``: today's design;
-      ``target``: `target_db` of the receiver.
+    - `at_most_db`: mean over the lines, the loudest line of ``peak``, or all orders of ``idle``;
+      ``today``: today's design; ``target``: `target_db` of the receiver.
     """
 
     vehicle: str | None = None

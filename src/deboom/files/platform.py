@@ -80,6 +80,7 @@ from deboom.mounts.surface_forces import as_mounted, change_per_kelvin
 from deboom.names import is_inside, look_alikes
 from deboom.physics.order_tracking import dominant_order
 from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
+from deboom.vehicles.idle import IdleRun
 from deboom.vehicles.platform import LIBRARY_FILE, PLATFORM_FILE, MissingLibrary, Platform
 from deboom.vehicles.powertrain import Powertrain
 from deboom.vehicles.receivers import EAR, SOUND, UNITS, Receiver
@@ -274,18 +275,19 @@ def driving_points_frf(path: Path, item: str, rows: Sequence[ChannelRow]) -> Frf
 
 
 def operating_columns(
-    path: Path, item: str, order: float, rows: Sequence[ChannelRow]
+    path: Path, item: str, order: float | None, rows: Sequence[ChannelRow]
 ) -> tuple[Columns, ...]:
     """Read the operating spectra of a load case: displacement, then force.
 
     - `path`, `item`: as for `noise_transfer_columns`.
-    - `order`: engine order that the file may state.
+    - `order`: engine order that the file may state; None of idle, which has several.
     - `rows`: channels, in the order wanted.
     - raises InputError: every channel without its spectrum, or with one of another type, unit or
       quantity; spectra of another order.
     """
     matrix = _opened(path, item, rows, SPECTRA)
-    matrix.check_order(order, "correct it, or the dominant_order of the engine")
+    if order is not None:
+        matrix.check_order(order, "correct it, or the dominant_order of the engine")
     columns = []
     with telling() as tell:
         for quantity in ("displacement", "force"):
@@ -661,11 +663,39 @@ class LoadCaseEntry(StrictModel):
 
     name: Name  # short key, such as g5_wot220
     title: str  # in words, for the report
+    # "idle": a fixed speed, and a line per engine order in place of one order over speed
+    kind: Literal["idle"] | None = None
+    speed_rpm: Positive | None = Field(default=None, validate_default=True)  # of idle
     gear: Number
     torque_limit_nm: EngineTorque  # of the engine
     order: Positive | None = None  # of this run's spectra, where it is not the dominant one
     operating: RelativePath  # UFF file, or a table: CSV, xlsx or MATLAB's mat
     torque_table: RelativePath | None = None  # engine torque at every line, where it was recorded
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether it is a run at idle, not over speed."""
+        return self.kind is not None
+
+    @field_validator("speed_rpm")
+    @classmethod
+    def _of_idle(cls, speed: float | None, others: ValidationInfo) -> float | None:
+        if "kind" not in others.data:
+            return speed  # it is refused already
+        if others.data["kind"] is not None and speed is None:
+            raise ValueError("idle has one speed: state it")
+        if others.data["kind"] is None and speed is not None:
+            raise ValueError('a run-up has no fixed speed: leave it out, or write kind = "idle"')
+        return speed
+
+    @model_validator(mode="after")
+    def _several_orders_of_idle(self) -> Self:
+        if self.is_idle and (self.order is not None or self.torque_table is not None):
+            raise ValueError(
+                "idle has several orders and one torque, torque_limit_nm: leave order and "
+                "torque_table out"
+            )
+        return self
 
 
 def _per_kelvin(bounds: tuple[float, float]) -> tuple[float, float]:
@@ -744,6 +774,11 @@ class PlatformFile(StrictModel):
     vehicles: AtLeastOne[VehicleEntry]  # in the order of the report
     load_cases: AtLeastOne[LoadCaseEntry]  # in the order of the report
 
+    @property
+    def run_ups(self) -> tuple[LoadCaseEntry, ...]:
+        """Load cases over speed: all but idle."""
+        return tuple(case for case in self.load_cases if not case.is_idle)
+
     def faults(self) -> Iterator[str]:
         """Give a sentence for names that come twice, gears and load cases that are not there."""
         for section in ("mounts", "vehicles", "load_cases"):
@@ -759,10 +794,13 @@ class PlatformFile(StrictModel):
         yield from look_alikes("group", [entry.group for entry in self.vehicles])
         yield from self.engine.order_faults()
         case_names = [case.name for case in self.load_cases]
-        if self.default_load_case not in case_names:
+        run_ups = [case.name for case in self.run_ups]
+        if self.default_load_case not in run_ups:
             yield (
                 f"default_load_case '{self.default_load_case}' is not among the load cases "
-                f"{', '.join(case_names)}: name one of them"
+                f"{', '.join(run_ups)}: name one of them"
+                if run_ups
+                else f"all load cases ({', '.join(case_names)}) are at idle: add a run-up"
             )
         gears = [(case.name, case.gear) for case in self.load_cases]
         yield from beyond_gears("load case", gears, self.engine.total_ratios)
@@ -988,7 +1026,7 @@ def read_functions(folder: Path, file: PlatformFile, tables: Tables) -> Function
                 with noting(tell):
                     receptance[vehicle.name] = read(folder / vehicle.body, item, paths)
         for case in file.load_cases:
-            order = case.order or file.engine.dominant_order
+            order = None if case.is_idle else case.order or file.engine.dominant_order
             with noting(tell):
                 operating[case.name] = operating_columns(
                     folder / case.operating, f"load case {case.name}", order, channels
@@ -997,7 +1035,7 @@ def read_functions(folder: Path, file: PlatformFile, tables: Tables) -> Function
         every = [
             *noise_transfer.values(),
             *(columns for of_vehicle in receivers.values() for columns in of_vehicle.values()),
-            *(part for pair in operating.values() for part in pair),
+            *(part for case in file.run_ups for part in operating[case.name]),
         ]
         frequency = common_axis(every, tell)
         electric = file.engine.cylinders is None
@@ -1115,7 +1153,8 @@ def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Funct
         mounts=mounts,
         powertrain=_powertrain(file.powertrain),
         fleet=Fleet(tuple(_vehicle(entry, functions) for entry in file.vehicles)),
-        load_cases=tuple(_load_case(entry, file.engine, functions) for entry in file.load_cases),
+        load_cases=tuple(_load_case(entry, file.engine, functions) for entry in file.run_ups),
+        idle=_idle_runs(folder, file, functions),
         default_load_case=file.default_load_case,
         input_files=read,
         cylinders=file.engine.cylinders,
@@ -1302,8 +1341,22 @@ def _vehicle(entry: VehicleEntry, functions: Functions) -> Vehicle:
     )
 
 
+def _idle_runs(folder: Path, file: PlatformFile, functions: Functions) -> tuple[IdleRun, ...]:
+    """Return the load cases at idle; InputError for lines that are not those of orders."""
+    runs = []
+    with telling() as tell:
+        for entry in file.load_cases:
+            if entry.speed_rpm is not None:
+                with noting(tell), naming(str(folder / entry.operating)):
+                    case = _load_case(entry, file.engine, functions)
+                    torque = np.full(case.force.frequency.size, entry.torque_limit_nm)
+                    runs.append(IdleRun(replace(case, engine_torque=torque), entry.speed_rpm))
+    return tuple(runs)
+
+
 def _load_case(entry: LoadCaseEntry, engine: Engine, functions: Functions) -> LoadCase:
     displacement, force = functions.operating[entry.name]
+    lines = displacement.frequency if entry.is_idle else functions.frequency
     return LoadCase(
         name=entry.name,
         title=entry.title,
@@ -1311,8 +1364,8 @@ def _load_case(entry: LoadCaseEntry, engine: Engine, functions: Functions) -> Lo
         total_ratio=engine.total_ratios[entry.gear - 1],
         torque_limit=entry.torque_limit_nm,
         order=entry.order or engine.dominant_order,
-        displacement=Spectrum(functions.frequency, displacement.values, displacement.names, "m"),
-        force=Spectrum(functions.frequency, force.values, force.names, "N"),
+        displacement=Spectrum(lines, displacement.values, displacement.names, "m"),
+        force=Spectrum(lines, force.values, force.names, "N"),
         engine_torque=functions.engine_torque.get(entry.name),
     )
 

@@ -39,7 +39,7 @@ from deboom.pages.front_answer import (
 from deboom.pages.front_pictures import heard_by_the_driver, pictures_behind
 from deboom.pages.motion import factor_name, motion_name
 from deboom.pages.platform_front import FURTHER, PlatformFront
-from deboom.pages.receivers import report_vibrations, worse_sentence
+from deboom.pages.receivers import report_orders, report_vibrations, worse_sentence
 from deboom.plot.style import mount_colours, signed
 from deboom.report import Link, Report, Step, Table
 from deboom.vehicles.design_factor import with_brackets
@@ -140,6 +140,7 @@ def front_report(view: PlatformFront) -> Report:
     _certainty(report, view, picks)
     _price(report, view)
     pictures_behind(report, view)
+    report_orders(report, view)
     _search(report, view)
     return report
 

@@ -32,7 +32,7 @@ from deboom.explore.space import DesignSpace, Evaluate
 from deboom.files.made_parts import MadeParts, made_parts
 from deboom.names import option_name
 from deboom.vehicles.design_factor import factor_space
-from deboom.vehicles.level_objectives import PEAK, TAIL, level_objective, level_statistics
+from deboom.vehicles.level_objectives import IDLE, PEAK, TAIL, level_objective, level_statistics
 
 
 def at_least(least: int, *, power_of_two: bool = False) -> Callable[..., int]:
@@ -245,7 +245,7 @@ def aims() -> dict[str, tuple[Objective, Objective]]:
     of_sums = {
         name: (Objective(statistic, share=TAIL), SIGMA_SUM)
         for name, statistic in level_statistics().items()
-        if name != PEAK and STATISTICS[statistic].is_level
+        if name not in (PEAK, IDLE) and STATISTICS[statistic].is_level
     }
     return {**of_sums, "worst": (Objective("mean", worst=True), Objective("sigma", worst=True))}
 

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -62,6 +63,9 @@ class BoomingModel:
         then loss factors y, and the parts have the factors x and x y.
     receivers : sequence of Receiver, optional
         Receiver of each response; by default the ears of the vehicles.
+    idle : sequence of callable, optional
+        Levels of the same receivers at idle, functions of the same designs; they are in no sum,
+        see `deboom.vehicles.idle.IdleModel`.
     compiled : bool, optional
         Whether compiled loops sum the levels; otherwise numpy does, as a reference, in 27 times
         the time with coupled motion and 178 times with amplitude-dependent stiffness.
@@ -102,6 +106,7 @@ class BoomingModel:
     weights: tuple[float, ...]
     loss_factors: bool = False
     receivers: tuple[Receiver, ...] = ()
+    idle: tuple[Any, ...] = ()
     compiled: bool = True
     _level_sums: tuple[LevelSum, ...] = field(init=False, repr=False)
     _one_pascal: float = field(init=False, repr=False)

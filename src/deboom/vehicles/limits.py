@@ -578,7 +578,7 @@ def limited_response(
 
 
 def mount_price(runs: Runs, factor: Factor) -> MountRequirements:
-    """Return what mounts pay for being quiet: sag, travel at full torque, rigid-body modes.
+    """Return what mounts pay for being quiet: sag, travel at full torque and idle, modes.
 
     Without a mount library, and so without static curves, only modes.
 
@@ -596,11 +596,13 @@ def mount_price(runs: Runs, factor: Factor) -> MountRequirements:
         for piece in (mount.pieces if len(mount.pieces) > 1 else ("",))
     ]
     travel = [f"{place} {axis}" for place in places for axis in "xz"]
-    quantities = (
-        WeightSag(model, stated_powertrain(runs), tuple(places)),
-        TorqueTravel(model, round(float(case.wheel_torque.max())), tuple(travel), factor),
-        modes,
-    )
+    cases = (case, *(run.case for run in runs.platform.idle))
+    travels = [
+        TorqueTravel(model, round(float(each.wheel_torque.max())), tuple(travel), factor)
+        for each in cases
+    ]
+    sag = WeightSag(model, stated_powertrain(runs), tuple(places))
+    quantities: tuple[Quantity, ...] = (sag, *travels, modes)
     return MountRequirements(names, quantities)
 
 

@@ -28,6 +28,7 @@ from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
 from deboom.vehicles.coupled_motion import coupled_motion, refuse_reversed_channel
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Fleet
+from deboom.vehicles.idle import IdleRun, idle_model
 from deboom.vehicles.plausibility import platform_findings
 from deboom.vehicles.powertrain import KinematicModel, Powertrain, library_model
 from deboom.vehicles.surface_check import SurfaceCheck, surface_check
@@ -79,6 +80,8 @@ class Platform:
     load_cases : tuple of LoadCase
         Runs on the lines of the noise transfer functions: displacements [m] and forces [N] at the
         mounts, (n_frequency, n_channel).
+    idle : tuple of IdleRun
+        Runs at idle, a line per engine order; levels at idle are in no sum over load cases.
     default_load_case : str
         Name of the load case that is meant when none is asked for.
     input_files : tuple of Path
@@ -124,6 +127,7 @@ class Platform:
     library: tuple[CharacterisedMount, ...] = ()
     library_fault: InputError | None = None
     doubts: tuple[str, ...] = ()
+    idle: tuple[IdleRun, ...] = ()
 
     __repr__ = short_repr
 
@@ -146,7 +150,7 @@ class Platform:
         - warns DataWarning: a likely one.
         """
         certain = [finding.sentence for finding in self.findings if finding.certain]
-        for case in self.load_cases:
+        for case in (*self.load_cases, *(run.case for run in self.idle)):
             try:
                 refuse_reversed_channel(self.mounts, case)
             except InputError as error:
@@ -185,6 +189,12 @@ class Platform:
         for case in self.load_cases:
             if case.name == name:
                 return case
+        if name in [run.name for run in self.idle]:
+            raise InputError(
+                f"{self.folder / PLATFORM_FILE}: load case '{name}' is at idle, whose level is in "
+                'no sum: limit it (--limits, statistic = "idle") or search for it as well (--also '
+                "idle=RECEIVER)"
+            )
         names = ", ".join(case.name for case in self.load_cases)
         raise InputError(
             f"{self.folder / PLATFORM_FILE}: there is no load case '{name}': use {names}"
@@ -446,7 +456,7 @@ class Runs:
                 "of the mount library: take --mounts library"
             )
         settles = factor is Factor.part
-        return booming_model(
+        model = booming_model(
             self.fleet,
             self.platform.mounts,
             self.cases,
@@ -457,6 +467,20 @@ class Runs:
             settling=library_model(self.platform.carrying(self.parts)) if settles else None,
             loss_factors=loss_factors,
         )
+        if by_surface:
+            return model  # at idle nobody has measured how stiffness follows the amplitude
+        idle = [
+            idle_model(
+                run,
+                self.fleet,
+                self.platform.mounts,
+                motion=motion,
+                powertrain=self.platform.powertrain,
+                loss_factors=loss_factors,
+            )
+            for run in self.platform.idle
+        ]
+        return replace(model, idle=tuple(idle)) if idle else model
 
     def characterised(self, mount: str, axis: str) -> CharacterisedDirection | None:
         """Return a direction of the library's mounts; None if it is not among them."""

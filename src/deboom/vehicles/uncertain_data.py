@@ -18,7 +18,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from deboom.arrays import AXES, ComplexArray, RealArray, checked
+from deboom.arrays import AXES, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Band, LoadCase, Spectrum, lines_inside
 from deboom.measurement.uncertainty import complex_normals, local_magnitude
@@ -44,6 +44,8 @@ class MeasuredArrays:
       `deboom.measurement.uncertainty.local_magnitude` [Pa/N].
     - `displacement`, `force` (c, f, n): motion and force of n channels in c load cases [m], [N].
     - `paths`, `channels`: ``<mount> <axis>`` and ``<mount> [<piece>] <axis>``.
+    - `vehicle_of` (v,): number of the vehicle of each receiver; its ear comes first.
+    - `floor` (v, f): noise floor of each receiver over that of the ears [1].
     """
 
     frequency: RealArray
@@ -53,6 +55,13 @@ class MeasuredArrays:
     force: ComplexArray
     paths: tuple[str, ...]
     channels: tuple[str, ...]
+    vehicle_of: IntArray
+    floor: RealArray
+
+    @property
+    def ears(self) -> IntArray:
+        """Numbers of the receivers that come first in their vehicles."""
+        return np.unique(self.vehicle_of, return_index=True)[1]
 
 
 Again = Callable[[MeasuredArrays, np.random.Generator], MeasuredArrays]
@@ -88,7 +97,7 @@ NOISE = "noise of the runs"
 def transfer_calibration(
     origin: str, decibels: float, degrees_of_freedom: float = np.inf
 ) -> UncertaintySource:
-    """Level of a vehicle's noise transfer functions: microphone and source, all paths alike.
+    """Level of a vehicle's transfer functions: sensors and source, all paths and receivers alike.
 
     - `decibels`: standard deviation [dB].
     - `degrees_of_freedom`: degrees of freedom of the standard deviation; infinite where it is
@@ -96,7 +105,7 @@ def transfer_calibration(
     """
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
-        normals = generator.standard_normal((len(data.transfer), 1, 1))
+        normals = generator.standard_normal((len(data.ears), 1, 1))[data.vehicle_of]
         deviation = decibels * _scale(degrees_of_freedom, generator)
         return replace(data, transfer=data.transfer * np.exp(NEPER_PER_DB * deviation * normals))
 
@@ -116,9 +125,10 @@ def transfer_paths(
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
         basis = _kept_basis(data.frequency.tobytes(), length)
-        n_vehicle, _, n_path = data.transfer.shape
-        normals = complex_normals((n_vehicle, basis.shape[1], n_path), generator)
-        error = relative * _scale(degrees_of_freedom, generator) * (basis @ normals)
+        shape = basis.shape[1], data.transfer.shape[2]
+        of_ears = complex_normals((len(data.ears), *shape), generator)
+        scale = _scale(degrees_of_freedom, generator)
+        error = relative * scale * (basis @ _of_each(data, of_ears, generator))
         size = np.abs(data.transfer)
         phase = np.divide(data.transfer, size, out=np.ones_like(data.transfer), where=size > 0)
         return replace(data, transfer=data.transfer + data.transfer_around * phase * error)
@@ -129,24 +139,31 @@ def transfer_paths(
 def transfer_body(origin: str, relative: float, length: float) -> UncertaintySource:
     """Smooth complex factor on all paths of a vehicle: damping and resonances of another day.
 
+    All receivers of the vehicle share it: the modes that moved are those of the same body.
+
     - `relative`: root mean square of the complex error [1].
     - `length`: correlation length over frequency, about the width of a resonance [Hz].
     """
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
         basis = _kept_basis(data.frequency.tobytes(), length)
-        normals = complex_normals((len(data.transfer), basis.shape[1], 1), generator)
-        return replace(data, transfer=data.transfer * np.exp(relative * (basis @ normals)))
+        normals = complex_normals((len(data.ears), basis.shape[1], 1), generator)
+        factor = np.exp(relative * (basis @ normals))
+        return replace(data, transfer=data.transfer * factor[data.vehicle_of])
 
     return UncertaintySource(DAY, origin, _smooth(relative, length), again)
 
 
 def transfer_floor(origin: str, floor: float) -> UncertaintySource:
-    """Noise of transfer functions, line by line: deviation of real and imaginary part [Pa/N]."""
+    """Noise of transfer functions, line by line: deviation of real and imaginary part [Pa/N].
+
+    That of a vibration is as far below its functions as that of the ear is below the ear's.
+    """
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
-        noise = np.sqrt(2.0) * floor * complex_normals(data.transfer.shape, generator)
-        return replace(data, transfer=data.transfer + noise)
+        of_ears = complex_normals((len(data.ears), *data.transfer.shape[1:]), generator)
+        noise = np.sqrt(2.0) * floor * _of_each(data, of_ears, generator)
+        return replace(data, transfer=data.transfer + data.floor[..., np.newaxis] * noise)
 
     return UncertaintySource(FLOOR, origin, f"{floor:.2g} Pa/N per line", again)
 
@@ -313,6 +330,8 @@ class UncertainData:
             force=np.stack([case.force.values[inside] for case in self.load_cases]),
             paths=paths,
             channels=first.force.channels,
+            vehicle_of=np.array(self.fleet.vehicle_of),
+            floor=_floors(self.fleet, transfer, frequency),
         )
 
     def _of(self, data: MeasuredArrays) -> tuple[Fleet, tuple[LoadCase, ...]]:
@@ -345,11 +364,24 @@ class UncertainData:
         return Fleet(tuple(vehicles)), tuple(cases)
 
 
-def _scale_of(receiver: Receiver, frequency: RealArray) -> RealArray | float:
+def _scale_of(receiver: Receiver, frequency: RealArray) -> RealArray:
     """Return the pressure of the same level, (f, 1) [Pa per unit]; 1 of a sound."""
-    if receiver.is_sound:
-        return 1.0
     return receiver.pressure_of_same_level(frequency)[:, np.newaxis]
+
+
+def _floors(fleet: Fleet, transfer: ComplexArray, frequency: RealArray) -> RealArray:
+    """Return the noise floor of each receiver over that of the ears, (v, f) [1].
+
+    - `transfer` (v, f, p): see `MeasuredArrays`.
+    """
+    floor, first = np.ones(transfer.shape[:2]), 0
+    for row, (receiver, vehicle) in enumerate(zip(fleet.receivers, fleet.vehicle_of, strict=True)):
+        first = first if vehicle == fleet.vehicle_of[first] else row
+        if not receiver.is_sound:
+            scale = _scale_of(receiver, frequency)
+            size = np.linalg.norm(transfer[row] / scale) / np.linalg.norm(transfer[first])
+            floor[row] = size * scale[:, 0]
+    return floor
 
 
 def smooth_basis(frequency: RealArray, length: float) -> RealArray:
@@ -377,6 +409,20 @@ def own_generator(source: UncertaintySource, seed: int, draw: int) -> np.random.
 @lru_cache(maxsize=16)
 def _kept_basis(frequency: bytes, length: float) -> RealArray:
     return smooth_basis(np.frombuffer(frequency), length)
+
+
+def _of_each(
+    data: MeasuredArrays, of_ears: ComplexArray, generator: np.random.Generator
+) -> ComplexArray:
+    """Draw normals of further receivers beside those of the ears, shape (v, ...).
+
+    A seat rail that is measured as well then leaves the draws of the ears as they are.
+    """
+    normals = np.empty((len(data.vehicle_of), *of_ears.shape[1:]), dtype=complex)
+    normals[data.ears] = of_ears
+    further = np.setdiff1d(np.arange(len(normals)), data.ears)
+    normals[further] = complex_normals((len(further), *of_ears.shape[1:]), generator)
+    return normals
 
 
 def _scale(degrees_of_freedom: float, generator: np.random.Generator) -> float:

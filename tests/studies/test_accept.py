@@ -27,7 +27,7 @@ from deboom.files.acceptance import (
 from deboom.files.platform import read_platform
 from deboom.language import Language
 from deboom.runs.overview import command_of
-from deboom.supplier.acceptance import supplier_verdict
+from deboom.supplier.acceptance import rounded_down, supplier_verdict
 from deboom.supplier.delivery import Demand, PartVerdict, judged_delivery, limited_axes
 from pinned_pages import hold
 
@@ -206,6 +206,11 @@ def test_a_capability_is_held_against_the_cpk_that_was_demanded(tmp_path, spread
         cpk=1.33,
     )
     assert replace(demand, sheet=sheet).capability_verdict(measured).value == verdict
+
+
+def test_a_bound_just_below_the_demanded_cpk_is_not_shown_at_it():
+    table = pd.DataFrame({"cpk": [1.3297, 1.33, 1.15]})
+    assert rounded_down(table, ["cpk"], decimals=2)["cpk"].tolist() == [1.32, 1.33, 1.15]
 
 
 STATELESS = dict.fromkeys(
@@ -431,6 +436,8 @@ def test_batches_that_drift_through_the_interval_are_named_with_their_ppk():
     page = supplier_verdict(delivery, Language.en, "2026-11-28").html()
     assert "TSM x drifts by +3.9 %" in page
     assert "all 5 batches (Pp, Ppk)" in page
+    german = supplier_verdict(delivery, Language.de, "2026-11-28").html()
+    assert "Trend der Mittelwerte über die Chargen, über heute: TSM x von 0,830 (B0)" in german
 
 
 def test_batches_that_are_alike_do_not_drift():

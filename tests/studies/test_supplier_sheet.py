@@ -309,7 +309,7 @@ def test_a_band_is_the_allocations_or_the_searchs_where_no_box_was_made(study, t
     assert allocated.bands["TSM x"] == pytest.approx((pick * (1 - half), pick * (1 + half)))
     assert searched.bands["TSM x"] == pytest.approx((0.85 * pick, 1.15 * pick))
     assert "tolerance allocation" in allocated.rests_on
-    assert searched.rests_on == "± 15 % about the wanted design; no limit demands it"
+    assert searched.rests_on == "tolerance of ± 15 % about the wanted design; no limit demands it"
     assert searched.specification.musts == {}
 
 
@@ -335,18 +335,50 @@ def test_conditions_that_nobody_stated_are_to_be_agreed_and_stated_ones_are_show
         fixture="steel, above 50 kN/mm",
     )
     programme = sheet.agreed.model_copy(update={"test": test})
-    head = sheet_of(study, programme=programme).head
-    assert (head["temperature"], head["loss_tolerance"]) == ("23 ± 2", "± 20 %")
-    assert head["fixture"] == "steel, above 50 kN/mm"
+    stated = sheet_of(study, programme=programme)
+    assert (stated.head["temperature"], stated.head["loss_tolerance"]) == ("23 ± 2", "± 20 %")
+    assert stated.head["fixture"] == "steel, above 50 kN/mm"
+    assert "reported and not judged: loss factor ± 20 %." in documents(stated, "")[0]
 
 
 def test_the_test_point_lies_on_the_curve_of_the_new_part(sheet):
-    (panel,) = (panel for panel in sheet.curves.dynamic if panel.title == "TSM x")
+    panel = next(panel for panel in sheet.curves.panels if panel.title == "TSM x")
     (force,), (stiffness,) = panel.points["new"]
     at = np.interp(force, panel.abscissa, panel.curves["new"])
     assert stiffness == pytest.approx(at, rel=0.01)
     demand = next(d for d in sheet.specification.directions if d.name == "TSM x")
     assert panel.note == f"{demand.amplitude_mm:g} mm, {demand.frequency_hz:g} Hz"
+
+
+def test_the_new_part_over_frequency_is_what_its_surface_says(sheet, study):
+    table = sheet.over_frequency
+    x = table[table["direction"] == "TSM x"].set_index(["amplitude_mm", "frequency_hz"])
+    state, factor = sheet.states["TSM x"], 0.77
+    surface = state.direction.characterised.surface
+    assert sorted(set(x.index.get_level_values(1))) == [20.0, 30.0, 40.0, 50.0, 60.0]
+    for (amplitude, frequency), row in x.iterrows():
+        point = [[state.wheel_torque, 1e-3 * amplitude, frequency]]
+        if not surface.supported(point)[0]:
+            assert row.isna()[["lower", "nominal", "upper", "loss_factor"]].all()
+            continue
+        today = complex(surface.predict(point)[0])
+        assert row["nominal"] == pytest.approx(factor * abs(today) * 1e-3)
+        assert row["upper"] == pytest.approx(0.84 * abs(today) * 1e-3)
+        assert row["loss_factor"] == pytest.approx(today.imag / today.real)
+    assert len(set(x.index.get_level_values(0))) == 2
+    assert x["nominal"].notna().sum() > len(x) / 2  # measured on the whole range by two amplitudes
+
+    test = acceptance.TestEntry(frequencies_hz=(30.0, 45.0), second_amplitude_mm=0.3)
+    stated = sheet_of(study, programme=sheet.agreed.model_copy(update={"test": test}))
+    asked = stated.over_frequency
+    assert set(asked["frequency_hz"]) == {30.0, 45.0}
+    assert 0.3 in {round(value, 6) for value in asked["amplitude_mm"]}
+    assert 0.3 not in {round(value, 6) for value in table["amplitude_mm"]}
+
+
+def test_where_only_spectra_were_measured_no_stiffness_over_frequency_is_claimed(study):
+    spectra = replace(study, runs=replace(study.runs, parts=()))
+    assert sheet_of(spectra).over_frequency.empty
 
 
 def test_a_german_sheet_names_the_part_in_german_and_decibels_can_be_left_out(study):
@@ -359,7 +391,7 @@ def test_a_german_sheet_names_the_part_in_german_and_decibels_can_be_left_out(st
     assert sheet_of(study).description == mount.description
     silent, workbook = documents(replace(german, decibels=False), "")
     assert "Drehmomentstütze" in silent
-    assert "Was es wert ist" not in silent
+    assert "Nutzen im Innenraum" not in silent
     words = sources.workbook_text(workbook)
     assert "10 % steifer" not in words
     assert "alle Teile neu" not in words
@@ -517,11 +549,17 @@ def filled(path, out, stiffness, language="measured", **cells):
 
 
 def test_a_sheet_is_two_pages_of_paper(study, box_run, sharing_run, few_draws, browser, tmp_path):
-    """With a box, shared part numbers and all rules, in both languages; counted by a browser."""
-    files = sources.SheetFiles(box=box_run, sharing=sharing_run)
-    pages = {}
-    for language, mount in ((Language.en, "TSM"), (Language.de, "TSM"), (Language.en, "EnM")):
-        content = sheet_of(study, mount, files=files, language=language)
+    """With and without box, anonymous and not, in both languages; counted by a browser."""
+    of_box = sources.SheetFiles(box=box_run, sharing=sharing_run)
+    secrets, pages = sources.secrets_of(study), {}
+    for language, mount, files, hidden in (
+        (Language.en, "TSM", of_box, ()),
+        (Language.de, "TSM", of_box, ()),
+        (Language.de, "EnM", of_box, secrets),
+        (Language.de, "GeM", supplier_page.NOTHING, ()),
+        (Language.en, "Du", supplier_page.NOTHING, secrets),
+    ):
+        content = replace(sheet_of(study, mount, files=files, language=language), secrets=hidden)
         html, _ = documents(content, supplier_page.provenance(study.run.entry, content, files))
         page = tmp_path / f"{mount}_{language.value}.html"
         page.write_text(html, encoding="utf-8")
@@ -552,7 +590,8 @@ def test_a_filled_in_sheet_comes_back_as_verdicts_on_two_pages(anonymous, box_ru
     assert len(pd.read_csv(run / "levels.csv")) == 5
     supplier = sources.page_text((run / "supplier.html").read_text(encoding="utf-8"))
     sent = acceptance.read_specification(workbook)
-    told = ("P20", "TSM-001", sent.checksum[:12], sent.issued, "Cpk asked for 1", "1.33", "missed")
+    told = ("P20", "TSM-001", "D-1001", "State of the test", sent.checksum[:12], sent.issued)
+    told += ("Cpk asked for 1", "1.33", "missed")
     assert [words for words in told if words not in supplier] == []
     assert "1 of 20 parts are outside" in supplier
     assert "Corner of the box" in supplier
@@ -698,6 +737,10 @@ def test_an_older_sheet_of_another_mount_or_of_none_is_refused(front_run, anonym
         (
             'format = 1\n[[mounts]]\nname = "A"\n[[mounts]]\nname = "A"\n',
             "[[mounts]] are named 'A'",
+        ),
+        (
+            'format = 1\n[[mounts]]\nname = "A"\nstate = "released"\nrevision = "B"\n',
+            "the mount 'A' is released without part_number, drawing_number: state them",
         ),
         ("format = 1\n[test]\nuncertainty = 2.0\n", "key 'uncertainty' in [test] is 2.0"),
     ],

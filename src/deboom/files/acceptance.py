@@ -351,6 +351,8 @@ class ProgrammeMount(StrictModel):
     part_number: Title | None = None
     drawing_number: Title | None = None
     revision: Title | None = None
+    state: Literal["draft", "released"] = "draft"
+    """Of its sheet; a released one needs part number, drawing number and revision."""
     parts_per_year: Number | None = None
     weight_force_n: Row3 | None = None
     """Force of the weight on the body at one piece, x y z."""
@@ -387,8 +389,16 @@ class Programme(StrictModel):
     variants: Several[VariantEntry] = ()
 
     def faults(self) -> Iterator[str]:
-        """Give a sentence for mounts that come twice."""
+        """Give a sentence for mounts that come twice, or are released without their numbers."""
         yield from doubled("[[mounts]] are named", [mount.name for mount in self.mounts])
+        for mount in self.mounts:
+            names = ("part_number", "drawing_number", "revision")
+            missing = [name for name in names if getattr(mount, name) is None]
+            if mount.state == "released" and missing:
+                yield (
+                    f"the mount '{mount.name}' is released without {', '.join(missing)}: state "
+                    'them, or leave state = "draft"'
+                )
 
     def mount(self, name: str) -> ProgrammeMount:
         """Return what is known of a mount, perhaps nothing but its name."""
@@ -483,6 +493,8 @@ class SupplierSpecification(StrictModel):
     directions : tuple of SheetDirection
     part_number, issued : str
         Number of the part, empty if not given; day on which the sheet was issued, YYYY-MM-DD.
+    drawing : str
+        Number of its drawing, empty if not given, as on sheets of deboom 0.3.
     cpk : float or None
         Cpk that the process must show, by the lower bound of a sample [1]; None: not demanded.
     """
@@ -499,11 +511,13 @@ class SupplierSpecification(StrictModel):
     part_number: str = ""
     issued: Annotated[str, Field(pattern=r"^(\d{4}-\d{2}-\d{2})?$")] = ""
     cpk: Positive | None = None
+    drawing: str = ""
 
     @property
     def document(self) -> dict[str, Any]:
         """Entries as they stand in the workbook, in what JSON knows."""
-        return self.model_dump(mode="json")
+        # without an empty drawing, older sheets keep their checksum
+        return self.model_dump(mode="json", exclude=None if self.drawing else {"drawing"})
 
     @property
     def checksum(self) -> str:

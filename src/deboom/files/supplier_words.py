@@ -84,9 +84,9 @@ WORDS: Mapping[str, Word] = {
     "sigma": Word("σ in the middle at most", "σ in der Mitte höchstens", N_MM),
     "sigma_share": Word("σ at most", "σ höchstens", PER_CENT, 2),
     "sample_size": Word("measured parts", "gemessene Teile"),
-    "sample_cpk": Word("Cpk that they must show", "Cpk, den sie zeigen müssen", NUMBER, 2),
-    "process_cpk": Word("if the process runs at Cpk", "bei Cpk des Prozesses", NUMBER, 2),
-    "proving_parts": Word("so many parts prove it", "beweisen es so viele Teile"),
+    "sample_cpk": Word("Cpk of the sample at least", "nötiger Cpk der Stichprobe", NUMBER, 2),
+    "process_cpk": Word("Cpk of the process", "Cpk des Prozesses", NUMBER, 2),
+    "proving_parts": Word("parts that prove it then", "Teile für den Nachweis dann"),
     # what it is worth
     "slope": Word("level, 10 % stiffer", "Pegel, 10 % steifer", DB, 2),
     "slope_percent": Word("level, 1 % stiffer", "Pegel, 1 % steifer", DB, 3),
@@ -153,6 +153,7 @@ WORDS: Mapping[str, Word] = {
     # fields of the head
     "drawing": Word("drawing", "Zeichnung"),
     "revision": Word("revision", "Änderungsstand"),
+    "state": Word("state", "Status"),
     "issued": Word("issued", "ausgestellt"),
     "checksum": Word("sheet, checksum", "Blatt, Prüfsumme"),
     "pieces": Word("pieces per vehicle", "Stück je Fahrzeug"),
@@ -185,6 +186,7 @@ WORDS: Mapping[str, Word] = {
     "stated_share": Word("asked share of the pieces", "geforderter Anteil der Stücke"),
     # names of the sheets of a workbook
     "sheet_block": Word("data block", "Datenblock"),
+    "sheet_frequencies": Word("over frequency", "über Frequenz"),
     "sheet_test": Word("test", "Prüfung"),
     "sheet_measured": Word("measured", "gemessen"),
     "sheet_process": Word("process", "Prozess"),
@@ -207,6 +209,8 @@ WORDS: Mapping[str, Word] = {
     "end from": Word("lower end", "unteres Ende"),
     "end to": Word("upper end", "oberes Ende"),
     "end from and to": Word("both ends", "beide Enden"),
+    "draft": Word("draft", "Entwurf"),
+    "released": Word("released", "freigegeben"),
     "yes": Word("yes", "ja"),
     "no": Word("no", "nein"),
     "cannot decide": Word("no: this test cannot decide", "nein: diese Prüfung kann es nicht"),

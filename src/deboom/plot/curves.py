@@ -97,6 +97,7 @@ def curve_panels(
     fitted: Sequence[tuple[float, float]] = (),
     depth: float | None = None,
     width: float = FULL_WIDTH,
+    panel_height: float | None = None,
 ) -> Figure:
     """Draw panels of curves, with one legend for all.
 
@@ -111,7 +112,7 @@ def curve_panels(
     - `log_frequency`: logarithmic frequency axis.
     - `fitted`: frequency bands that are shaded: where a model was fitted [Hz].
     - `depth`: how far below the highest value the scale ends, for levels with notches [unit of y].
-    - `width`: of the figure [inch].
+    - `width`: of the figure [inch]; `panel_height`: of each row, which default suits the columns.
     - raises InputError: no panel, arrays of different lengths, values that are not finite, a label
       without colour, a mask of other lines.
     """
@@ -121,7 +122,8 @@ def curve_panels(
     alike = len(set(spans)) <= 1
     columns = min(columns, max(len(panels), 1))
     height = 0.9 + 0.18 * len(looks.hatch) + 0.15 * (order is not None)
-    panel_height = _PANEL_HEIGHT[columns] * np.sqrt(width / FULL_WIDTH)
+    if panel_height is None:
+        panel_height = _PANEL_HEIGHT[columns] * np.sqrt(width / FULL_WIDTH)
     with panel_grid(
         "curve_panels", len(panels), columns, height, panel_height, alike, share_y, width
     ) as (figure, grid):

@@ -48,6 +48,8 @@ CAPABILITY = {
     "outside": "outside, normal law [%]",
 }
 """Columns of the table of capabilities: key → label on the page of the vehicle side."""
+CAPABILITIES = ("cp", "cp_bound", "cpk_measured", "cpk_bound")
+"""Columns that a page shows rounded down: a bound just below the demanded Cpk is not at it."""
 _COUNTS = ["passed", "failed", "undecided"]
 VERDICTS = ["batch", "parts", *_COUNTS, "verdict", "reason"]
 SHARES = [
@@ -141,7 +143,7 @@ def _answer(report: Report, delivery: Delivery, passed: int, failed: int, open_:
         f"(±{PERCENT * delivery.uncertainty:g} %, 95 %); a batch where its parts show at least "
         f"{PERCENT * delivery.demand.share_stated:g} % of all its pieces inside.",
         _parts_and_state(delivery.demand),
-        _trend(delivery),
+        _trend(delivery, Language.en),
     )
     reasons = batches.loc[batches["reason"] != "", ["batch", "reason"]].to_numpy()
     report.panel(
@@ -171,15 +173,27 @@ def _answer(report: Report, delivery: Delivery, passed: int, failed: int, open_:
 
 def _parts_and_state(demand: Demand) -> str:
     """Name part number and test state."""
-    number = "" if demand.sheet is None else demand.sheet.part_number
-    states = dict.fromkeys(each.condition for each in demand.variables if each.required)
+    sheet = demand.sheet
+    states = "; ".join(dict.fromkeys(v.condition for v in demand.variables if v.required))
+    if sheet is None:
+        return (
+            "No sheet was given, so part number, drawing, revision and machine state are not "
+            f"stated. State of the box: {states}. Intervals and values are shares of today's "
+            "stiffness there."
+        )
+    names = (
+        ("Part number", sheet.part_number),
+        ("drawing", sheet.drawing),
+        ("revision", sheet.revision),
+    )
+    number = ", ".join(f"{name} {value or 'not stated'}" for name, value in names)
     return (
-        f"Part number {number or 'not stated'}. Test state: {'; '.join(states)}. Intervals and "
-        "values are shares of today's stiffness there."
+        f"{number}. Test state: {states}. Intervals and values are shares of today's stiffness "
+        "there."
     )
 
 
-def _trend(delivery: Delivery) -> str:
+def _trend(delivery: Delivery, language: Language) -> str:
     """Say how the mean of each limited axis moves from the first batch to the last."""
     means: dict[str, list[tuple[str, float]]] = {}
     for batch in delivery.batches:
@@ -191,11 +205,21 @@ def _trend(delivery: Delivery) -> str:
                 (batch.name, float(np.mean(factors)))
             )
     moves = [
-        f"{name} from {series[0][1]:.2f} ({series[0][0]}) to {series[-1][1]:.2f} ({series[-1][0]})"
+        language.say("{} from {} ({}) to {} ({})", "{} von {} ({}) auf {} ({})").format(
+            name,
+            language.local(f"{series[0][1]:.3f}"),
+            series[0][0],
+            language.local(f"{series[-1][1]:.3f}"),
+            series[-1][0],
+        )
         for name, series in means.items()
         if len(series) > 1
     ]
-    return f"Trend of the means over the batches: {'; '.join(moves)}." if moves else ""
+    told = language.say(
+        "Trend of the means over the batches, over today's",
+        "Trend der Mittelwerte über die Chargen, über heute",
+    )
+    return f"{told}: {'; '.join(moves)}." if moves else ""
 
 
 def _batches(report: Report, delivery: Delivery) -> None:
@@ -265,11 +289,14 @@ def _capability(report: Report, delivery: Delivery) -> None:
             else ""
         ),
     )
+    table = _capability_table(delivery)
+    shown = rounded_down(table, [CAPABILITY[key] for key in CAPABILITIES], decimals=3)
     report.table(
         "capability",
-        _capability_table(delivery),
+        table,
         "One row per batch and limited axis, and one for all batches of a mount, whose scatter is "
-        "overall: what batches differ by is in it.",
+        "overall: what batches differ by is in it. Cp and Cpk are rounded down.",
+        shown=shown,
     )
 
 
@@ -383,6 +410,15 @@ def _capabilities(delivery: Delivery, language: Language) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=None if rows else ["batch", "axis"])
 
 
+def rounded_down(table: pd.DataFrame, columns: Sequence[str], decimals: int) -> pd.DataFrame:
+    """Round capabilities down to the decimals that are shown."""
+    if table.empty:
+        return table
+    size = 10.0**decimals
+    # what binary numbers lose of a decimal one must not cost a digit
+    return table.assign(**{key: np.floor(size * table[key] + 1e-9) / size for key in columns})
+
+
 def _capability_table(delivery: Delivery) -> pd.DataFrame:
     """Give the same with the labels of the page of the vehicle side."""
     return _capabilities(delivery, Language.en).rename(columns=CAPABILITY)
@@ -396,6 +432,7 @@ def _head(page: Sheet, delivery: Delivery, judged_on: str) -> dict[str, str]:
     checksum = "checksum" if sheet is not None else "box_checksum"
     head = {
         "part_number": "" if sheet is None else sheet.part_number,
+        "drawing": "" if sheet is None else sheet.drawing,
         "revision": "" if sheet is None else sheet.revision,
         "issued": "" if sheet is None else sheet.issued,
         checksum: demand.checksum[:SHORT_HASH],
@@ -405,8 +442,31 @@ def _head(page: Sheet, delivery: Delivery, judged_on: str) -> dict[str, str]:
         "stated_uncertainty": stated,
         "stated_share": f"{page.local(PERCENT * demand.share_stated)} %",
     }
-    not_given = ("part_number", "revision", "issued")
+    not_given = ("part_number", "drawing", "revision", "issued")
     return {label(k, page.language): v for k, v in head.items() if v or k not in not_given}
+
+
+def _demanded(page: Sheet, demand: Demand) -> None:
+    """Say at which state parts were judged, and what is accepted there."""
+    say = page.language.say
+    if demand.sheet is None:
+        states = dict.fromkeys(each.condition for each in demand.variables if each.required)
+        page.section(say("State of the box", "Zustand der Box"), f"{'; '.join(states)}.")
+        return
+    page.section(say("State of the test", "Zustand der Prüfung"))
+    rows = [
+        {
+            "direction": d.name,
+            "preload_n": d.preload_n,
+            "amplitude_mm": d.amplitude_mm,
+            "frequency_hz": d.frequency_hz,
+            "lower_share": None if d.lower is None else PERCENT * d.lower,
+            "upper_share": None if d.upper is None else PERCENT * d.upper,
+            "today": d.today_n_per_mm,
+        }
+        for d in demand.sheet.musts.values()
+    ]
+    show(page, pd.DataFrame(rows))
 
 
 def supplier_verdict(delivery: Delivery, language: Language, judged_on: str) -> Sheet:
@@ -421,6 +481,7 @@ def supplier_verdict(delivery: Delivery, language: Language, judged_on: str) -> 
     page.subtitle = say(demand.title, demand.title.replace("mount ", "Lager ", 1))
     words = {verdict: said(verdict.name, language) for verdict in PartVerdict}
     page.fields(_head(page, delivery, judged_on))
+    _demanded(page, demand)
     page.section(say("Batches", "Chargen"))
     batches = [
         {
@@ -436,7 +497,9 @@ def supplier_verdict(delivery: Delivery, language: Language, judged_on: str) -> 
     show(page, pd.DataFrame(batches, columns=list(SUPPLIER_BATCHES)))
     if any(batch.capabilities for batch in delivery.batches):
         page.section(say("Capability", "Prozessfähigkeit"))
-        show(page, _capabilities(delivery, language).drop(columns="outside"))
+        table = _capabilities(delivery, language).drop(columns="outside")
+        show(page, rounded_down(table, CAPABILITIES, decimals=2))
+        page.text(_trend(delivery, language))
         drifts = [process.words(language) for process in delivery.processes]
         page.text(" ".join(f"{words}." for words in drifts if words))
     others = [judged for judged in delivery.parts if judged.verdict is not PartVerdict.passed]

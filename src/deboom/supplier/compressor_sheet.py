@@ -215,7 +215,7 @@ class CompressorSheet(PartSheet):
         german = "Kompressorlager" if self.part == ALIKE else f"Kompressorlager {self.part}"
         return self.language.say(
             f"Compressor {self.part}: dynamic stiffness for a quiet cabin",
-            f"{german}: dynamische Steifigkeit für leise Fahrzeuge",
+            f"{german}: dynamische Steifigkeit für einen leisen Innenraum",
         )
 
     @property
@@ -291,7 +291,7 @@ class CompressorSheet(PartSheet):
         """What the class of the directions means."""
         return self.language.say(
             "Preferred: asked for, no limit depends on it.",
-            "Bevorzugt: gewünscht, kein Grenzwert hängt daran.",
+            "Bevorzugt: gewünscht, kein Grenzwert hängt davon ab.",
         )
 
     @property
@@ -320,7 +320,7 @@ class CompressorSheet(PartSheet):
         pressure = self.parts.index.case_names[0]
         weight = f"{self.parts.statics.mass * GRAVITY:.0f}"
         return (
-            say("The band rests on ", "Das Band beruht auf: ") + self.rests_on + ".",
+            say("The band rests on ", "Grundlage des Bandes: ") + self.rests_on + ".",
             say(
                 "Axial is along the axis of the mount, radial across it, both radial directions "
                 f"alike. N/mm hold at {line} Hz and the amplitude that a mount had there at "
@@ -335,11 +335,11 @@ class CompressorSheet(PartSheet):
                 "Zeichnung der Lager.",
             ),
             say(
-                f"Under 1 g a mount travels {at_nominal} times as far as today at nominal, "
+                f"Under 1 g a mount travels {at_nominal} times as far as today with the new part, "
                 f"{at_ends} times at the lower ends of all bands: check the stops.",
                 f"Unter 1 g bewegt sich ein Lager {at_nominal.replace('.', ',')}-mal so weit wie "
-                f"heute im Nennwert, {at_ends.replace('.', ',')}-mal an den unteren Enden aller "
-                "Bänder: Anschläge prüfen.",
+                f"heute mit dem neuen Teil, {at_ends.replace('.', ',')}-mal an den unteren Enden "
+                "aller Bänder: Anschläge prüfen.",
             ),
         )
 
@@ -398,6 +398,11 @@ class CompressorSheet(PartSheet):
             "Messungen und des Modells sind in diesen Zahlen nicht enthalten: eine erwartete "
             "Änderung durch Verdichterlager wurde nie beurteilt.",
         )
+
+    @property
+    def over_frequency(self) -> pd.DataFrame:
+        """No other frequency was measured."""
+        return pd.DataFrame()
 
     @property
     def variants(self) -> pd.DataFrame:

@@ -20,6 +20,7 @@ from deboom.plot.style import INK, MUTED, mount_colours
 from deboom.supplier.numbers import ALL, MachineState, SupplierEffects, machine_states
 from deboom.supplier.sheet import (
     NAN,
+    OVER_FREQUENCY,
     DirectionFacts,
     PartSheet,
     SheetCurves,
@@ -41,6 +42,8 @@ WAYS = {
 """Where a negative and a positive force on the body act."""
 POINTS = 161
 """Of a static curve that is drawn."""
+LINE = 0.5
+"""Distance within which a line stands for a frequency of the programme [Hz]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -73,7 +76,7 @@ class MountSheet(PartSheet):
         """Head of the page."""
         return self.language.say(
             f"Mount {self.part}: dynamic stiffness for low booming noise",
-            f"Lager {self.part}: dynamische Steifigkeit für wenig Brummen",
+            f"Lager {self.part}: dynamische Steifigkeit gegen Brummen",
         )
 
     @property
@@ -169,9 +172,8 @@ class MountSheet(PartSheet):
         factor = float(self.effects.middle[direction.column])
         loss = NAN
         if state is not None and today is not None:
-            changed = direction.loss_column
-            loss = state.stiffness.imag / state.stiffness.real
-            loss *= 1.0 if changed is None else float(self.study.wanted[changed])
+            loss = self._loss_change(direction.name)
+            loss *= state.stiffness.imag / state.stiffness.real
         state = state if band is not None else None
         return SheetDirection(
             name=direction.name,
@@ -188,6 +190,11 @@ class MountSheet(PartSheet):
                 N_PER_MM * factor * state.static_rate if state and today else NAN, 1
             ),
         )
+
+    def _loss_change(self, name: str) -> float:
+        """Return the loss factor of a direction's new part over that of today's [1]."""
+        (changed,) = (d.loss_column for d in self.directions if d.name == name)
+        return 1.0 if changed is None else float(self.study.wanted[changed])
 
     @cached_property
     def worth(self) -> pd.DataFrame:
@@ -255,12 +262,11 @@ class MountSheet(PartSheet):
         text = self.language.say(
             "Mean level of the vehicles at the driver's ear, mean over the lines. ± 90 % holds "
             "errors of all measurements; effects of parts do not simply add. Share of the variance "
-            "of that level, where all stiffnesses vary within the bounds: by this one alone, and "
-            "with others (Sobol indices).",
-            "Mittlerer Pegel der Fahrzeuge am Fahrerohr, Mittel über die Linien. ± 90 % enthält "
-            "die Fehler aller Messungen; Wirkungen von Teilen addieren sich nicht einfach. Anteil "
-            "an der Varianz dieses Pegels, wenn alle Steifigkeiten in den Grenzen variieren: durch "
-            "diese allein, und mit anderen (Sobol-Indizes).",
+            "of that level while all stiffnesses vary: of this one alone, and with others (Sobol).",
+            "Mittlerer Pegel der Fahrzeuge am Fahrerohr über alle Frequenzen. ± 90 % enthält die "
+            "Fehler aller Messungen; Wirkungen von Teilen addieren sich nicht einfach. Anteil "
+            "an der Varianz dieses Pegels, wenn alle Steifigkeiten variieren: von dieser allein "
+            "und mit anderen (Sobol).",
         )
         if isinstance(self.effects.expected, str):
             text += self.language.say(
@@ -272,8 +278,8 @@ class MountSheet(PartSheet):
         else:
             text += self.language.say(
                 " Expected is the change in cars, with what bodies, rubber and amplitudes may do.",
-                " Erwartet ist die Änderung in Fahrzeugen, mit dem, was Karosserien, Gummi und "
-                "Amplituden bewirken können.",
+                " Erwartet ist die Änderung in Fahrzeugen, mit Einfluss von Karosserien, Gummi und "
+                "Amplituden.",
             )
         if self.sources.box is not None:
             text += self._given_up()
@@ -396,7 +402,7 @@ class MountSheet(PartSheet):
             rubber = self.percent(box.common)
             return say(
                 f"acceptance box: {share} of {of} keep {limit}, verified: at least {bound}",
-                f"Abnahmebox: {share} der {of} halten {limit}, geprüft: mindestens {bound}",
+                f"Abnahmebox, {share} der {of} halten {limit}, geprüft: mindestens {bound}",
             ) + (
                 say(
                     f"; all rubber ± {rubber} together in the cars",
@@ -412,8 +418,8 @@ class MountSheet(PartSheet):
             )
         half = PERCENT * float(self.study.space.tolerance.max())
         return say(
-            f"± {half:.0f} % about the wanted design; no limit demands it",
-            f"± {half:.0f} % um den gewünschten Entwurf; kein Grenzwert fordert es",
+            f"tolerance of ± {half:.0f} % about the wanted design; no limit demands it",
+            f"Toleranz von ± {half:.0f} % um den gewünschten Entwurf; kein Grenzwert fordert es",
         )
 
     @cached_property
@@ -423,7 +429,7 @@ class MountSheet(PartSheet):
         of_part = factor_name(self.study.index) == Factor.part.value
         states = [self.states[d.name] for d in demands if d.name in self.states and d.lower]
         texts = [
-            say("The band rests on the ", "Das Band beruht auf: ") + self.rests_on + ".",
+            say("The band rests on the ", "Grundlage des Bandes: ") + self.rests_on + ".",
             say(
                 "The rubber itself is scaled, its force at every deflection; the stops stay."
                 if of_part
@@ -462,8 +468,8 @@ class MountSheet(PartSheet):
                 unknown,
                 "not identified: the measurement is too uncertain to demand a number; please keep "
                 "today's stiffness.",
-                "nicht identifiziert, zu unsicher gemessen, um eine Zahl zu fordern; bitte lassen, "
-                "wie es ist.",
+                "nicht identifiziert: zu unsicher gemessen, um eine Zahl zu fordern; bitte die "
+                "heutige Steifigkeit beibehalten.",
             ),
             (
                 ratio,
@@ -520,14 +526,21 @@ class MountSheet(PartSheet):
                 f" Preload: that of {torque:.0f} N m wheel torque; newtons are to be agreed.",
                 f" Vorlast: die von {torque:.0f} N m Radmoment; Newton noch zu vereinbaren.",
             )
-        weight = all(state.with_weight for state in states)
         unloaded = all(state.from_unloaded for state in states)
+        weight = self.agreed.mount(self.part).weight_force_n
+        if weight is not None and not any(weight):
+            loads = say(
+                "torque alone (this part carries no weight)",
+                "nur Drehmoment (dieses Teil trägt kein Gewicht)",
+            )
+        elif weight is not None:
+            loads = say("weight and torque together", "Gewicht und Drehmoment zusammen")
+        else:
+            loads = say("torque only", "nur Drehmoment")
         return axes + say(
-            " Preload: "
-            + ("weight and torque together" if weight else "torque only")
+            f" Preload: {loads}"
             + (", from the unloaded part." if unloaded else ", from the position under weight."),
-            " Vorlast: "
-            + ("Gewicht und Drehmoment zusammen" if weight else "nur Drehmoment")
+            f" Vorlast: {loads}"
             + (", vom unbelasteten Teil aus." if unloaded else ", von der Lage unter Gewicht aus."),
         )
 
@@ -541,9 +554,9 @@ class MountSheet(PartSheet):
             "anywhere in the band this direction alone changes no mean level and no booming peak "
             f"of a vehicle by more than {amount} dB.",
             "Muss: zulässig nur im Band, von dem ein Ende durch den Geräuschgrenzwert gesetzt ist. "
-            "Bevorzugt: gewünscht, kein Grenzwert hängt daran. Frei: das heutige Teil genügt; im "
-            f"Band ändert es allein kein Fahrzeug um mehr als {amount.replace('.', ',')} dB, weder "
-            "im mittleren Pegel noch an einer Brummspitze.",
+            "Bevorzugt: gewünscht, kein Grenzwert hängt davon ab. Frei: das heutige Teil genügt; "
+            f"im Band ändert es allein kein Fahrzeug um mehr als {amount.replace('.', ',')} dB, "
+            "weder im mittleren Pegel noch an einer Brummspitze.",
         )
 
     @property
@@ -564,20 +577,21 @@ class MountSheet(PartSheet):
         say = self.language.say
         driven, now = say("today, in the vehicle", "heute, im Fahrzeug"), self.word("design today")
         nominal, band = say("new", "neu"), say("band", "Band")
+        second = say("new, second amplitude", "neu, zweite Amplitude")
         colour = mount_colours([m.name for m in self.study.platform.mounts])[self.part]
-        dynamic, static, points = [], [], []
+        panels, points = [], []
         for demand in self.specification.directions:
             state = self.states.get(demand.name)
             if state is None or demand.today_n_per_mm is None:
                 continue
             labels = (driven, now, nominal, band)
-            panel, rows = self._dynamic_panel(demand, state, labels)
-            dynamic += [panel] if panel is not None else []
-            points.append(rows)
+            drawn = [self._dynamic_panel(demand, state, labels)]
+            if state.over_frequency:
+                drawn.append(self._frequency_panel(demand, state, (*labels[1:], second)))
             if state.static is not None:
-                panel, rows = self._static_panel(demand, state, labels)
-                static.append(panel)
-                points.append(rows)
+                drawn.append(self._static_panel(demand, state, labels))
+            panels += [panel for panel, _ in drawn if panel is not None]
+            points += [rows for _, rows in drawn]
         return SheetCurves(
             axes={
                 say("x rearward", "x nach hinten"): (1.0, 0.0, 0.0),
@@ -585,20 +599,47 @@ class MountSheet(PartSheet):
                 say("z up", "z oben"): (0.0, 0.0, 1.0),
             },
             axes_caption=self._axes_words(),
-            dynamic=dynamic,
-            static=static,
+            panels=panels,
             dashed=(now,),
-            colours={driven: MUTED, now: INK, nominal: colour, band: colour},
+            colours={driven: MUTED, now: INK, nominal: colour, second: colour, band: colour},
             points=pd.concat(points, ignore_index=True) if points else pd.DataFrame(),
             caption=say(
-                "Dots: today's part in the vehicle, torque only. Curves: today's part and the "
-                "band at amplitude and frequency of the test, within the measured range; dot on "
-                "the new curve: the test. Static curves: today's part, the new part and the band.",
-                "Punkte: heutiges Teil im Fahrzeug, nur Drehmoment. Kurven: heutiges Teil und Band "
-                "bei Amplitude und Frequenz der Prüfung, soweit gemessen; Punkt auf der neuen "
-                "Kurve: die Prüfung. Statische Kennlinien: heutiges Teil, neues Teil und Band.",
+                "Grey dots: today's part in the vehicle, at the amplitudes and the torque there. "
+                "Curves: today's part, the new part and the band at the state above each panel, "
+                "within what was measured. Dot on the curve of the new part: the test.",
+                "Graue Punkte: heutiges Teil im Fahrzeug, bei den Amplituden und dem Drehmoment "
+                "dort. Kurven: heutiges Teil, neues Teil und Band bei dem Zustand über jedem Bild, "
+                "soweit gemessen. Punkt auf der Kurve des neuen Teils: die Prüfung.",
             ),
         )
+
+    @cached_property
+    def over_frequency(self) -> pd.DataFrame:
+        """The new part over frequency, at the amplitude of the test and a second one."""
+        rows = []
+        for demand in self.specification.directions:
+            state = self.states.get(demand.name)
+            if state is None or demand.today_n_per_mm is None or not state.over_frequency:
+                continue
+            low, high = nan_if_none(demand.lower), nan_if_none(demand.upper)
+            loss_changed = self._loss_change(demand.name)
+            for curve in state.over_frequency:
+                for line in self.shown_lines(*self.study.band):
+                    at = int(np.argmin(np.abs(curve.frequency - line)))
+                    near = abs(curve.frequency[at] - line) <= LINE
+                    today = curve.stiffness[at] * N_PER_MM if near else NAN * 1j
+                    size = float(abs(today))
+                    values = (
+                        demand.name,
+                        MM * curve.amplitude,
+                        line,
+                        low * size,
+                        0.5 * (low + high) * size,
+                        high * size,
+                        loss_changed * float(today.imag / today.real),
+                    )
+                    rows.append(dict(zip(OVER_FREQUENCY, values, strict=True)))
+        return pd.DataFrame(rows)
 
     def _axes_words(self) -> str:
         """Say how the axes of the part stand in the vehicle."""
@@ -610,12 +651,16 @@ class MountSheet(PartSheet):
         if not turned:
             return self.language.say(
                 "The axes of the part are those of the vehicle.",
-                "Achsen des Teils: die des Fahrzeugs.",
+                "Achsen des Teils wie im Fahrzeug.",
             )
         return self.language.say(
             "Axes of the part, turned about the vehicle's x, y, z: ",
             "Achsen des Teils, gedreht um x, y, z des Fahrzeugs: ",
         ) + ", ".join(turned)
+
+    @property
+    def _dynamic_label(self) -> str:
+        return self.language.say("dynamic |K| [N/mm]", "|K|, dynamisch [N/mm]")
 
     def _dynamic_panel(
         self, demand: SheetDirection, state: MachineState, labels: tuple[str, ...]
@@ -635,16 +680,19 @@ class MountSheet(PartSheet):
         curves: dict[str, RealArray] = {}
         if x.size:
             curves = {now: today, nominal: 0.5 * (low + high) * today}
-        torque = self.language.say("over wheel torque [N m]", "über Radmoment [N m]")
         tested = {nominal: self._test_point(demand, state)} if x.size else {}
         amplitude = self.language.local(f"{demand.amplitude_mm:g} mm, {demand.frequency_hz:g} Hz")
         panel = plot.CurvePanel(
-            demand.name if state.over_force else f"{demand.name}, {torque}",
+            demand.name,
             x if x.size else state.points[0],
             curves,
             {driven: (state.points[0], N_PER_MM * state.points[1]), **tested},
             {band: (low * today, high * today)} if x.size else {},
             note=amplitude,
+            x_label=self.language.say("static force [N]", "statische Kraft [N]")
+            if state.over_force
+            else self.language.say("wheel torque [N m]", "Radmoment [N m]"),
+            y_label=self._dynamic_label,
         )
         return panel, table
 
@@ -658,6 +706,47 @@ class MountSheet(PartSheet):
             at -= weight[AXES.index(state.direction.axis)]
         low, high, today = map(nan_if_none, (demand.lower, demand.upper, demand.today_n_per_mm))
         return [at], [0.5 * (low + high) * today]
+
+    def _frequency_panel(
+        self, demand: SheetDirection, state: MachineState, labels: tuple[str, ...]
+    ) -> tuple[plot.CurvePanel | None, pd.DataFrame]:
+        """Draw |K| over frequency at the preload of the test: a curve per amplitude."""
+        now, nominal, band, second = labels
+        low, high = nan_if_none(demand.lower), nan_if_none(demand.upper)
+        middle, tables, of_new = 0.5 * (low + high), [], []
+        for curve in state.over_frequency:
+            x = curve.frequency[curve.backed]
+            size = N_PER_MM * np.abs(curve.stiffness[curve.backed])
+            name = f"{self.word('dynamic')}, {MM * curve.amplitude:g} mm"
+            rows = self._points(demand, "dynamic", "Hz", "N/mm") | {"curve": name}
+            rows |= {"abscissa": x, "curve_today": size}
+            tables.append(
+                pd.DataFrame(rows | {"curve_lower": low * size, "curve_upper": high * size})
+            )
+            of_new.append((x, size))
+        table = pd.concat(tables, ignore_index=True)
+        (x, today), *others = of_new
+        if not x.size:
+            return None, table
+        at_test = nan_if_none(demand.frequency_hz), middle * nan_if_none(demand.today_n_per_mm)
+        dots = {nominal: (np.array(at_test[:1]), np.array(at_test[1:]))}
+        if others:
+            dots[second] = (others[0][0], middle * others[0][1])
+        load = f"{state.wheel_torque:.0f} N m"
+        if demand.preload_n is not None:
+            load = f"{demand.preload_n:.0f} N"
+        amplitudes = " · ".join(f"{MM * curve.amplitude:g}" for curve in state.over_frequency)
+        panel = plot.CurvePanel(
+            demand.name,
+            x,
+            {now: today, nominal: middle * today},
+            dots,
+            {band: (low * today, high * today)},
+            note=self.language.local(f"{amplitudes} mm, {load}".replace("-", "−")),
+            x_label=self.language.say("frequency [Hz]", "Frequenz [Hz]"),
+            y_label=self._dynamic_label,
+        )
+        return panel, table
 
     def _static_panel(
         self, demand: SheetDirection, state: MachineState, labels: tuple[str, ...]

@@ -211,6 +211,30 @@ NAN = float("nan")
 
 
 @dataclass(frozen=True, eq=False)
+class StiffnessOverFrequency:
+    """Today's stiffness over frequency at the preload of the test and one amplitude.
+
+    Parameters
+    ----------
+    amplitude : float
+        [m peak].
+    frequency : array, shape (n,)
+        Lines of the band [Hz].
+    stiffness : array, shape (n,)
+        Complex; nan where nothing was measured [N/m].
+    """
+
+    amplitude: float
+    frequency: RealArray
+    stiffness: ComplexArray
+
+    @property
+    def backed(self) -> npt.NDArray[np.bool_]:
+        """Lines that measurements back, shape (n,)."""
+        return np.isfinite(self.stiffness)
+
+
+@dataclass(frozen=True, eq=False)
 class MachineState:
     """State of one direction that a test machine can be set to.
 
@@ -240,6 +264,8 @@ class MachineState:
         [N or N m, N/m].
     points : (array, array)
         The same of the lines of the first load case.
+    over_frequency : tuple of StiffnessOverFrequency
+        At the amplitude of the test, and at a second one; empty without a surface.
     static : MonotoneCurve or None
         Today's static force over deflection; None where it was not measured.
     """
@@ -258,6 +284,7 @@ class MachineState:
     static_rate: float
     curve: tuple[RealArray, RealArray]
     points: tuple[RealArray, RealArray]
+    over_frequency: tuple[StiffnessOverFrequency, ...]
     static: MonotoneCurve | None
 
     @property
@@ -332,6 +359,7 @@ def _state(
     setting = (float(amplitude[line]), float(lines[line]), False)
     stiffness = complex(measured[line])
     curve, other_axes = (np.empty(0), np.empty(0)), 0.0
+    over_frequency: tuple[StiffnessOverFrequency, ...] = ()
     of_programme = programme.mount(direction.mount.name)
     if surface is not None and np.isfinite(here):
         setting = _setting(surface, here, setting[0], wanted, exact=frequencies is not None)
@@ -343,6 +371,9 @@ def _state(
         at = operating_points(over, setting[0], setting[1])
         backed = np.where(surface.supported(at), np.abs(surface.predict(at, extrapolate=True)), NAN)
         curve = (_abscissa(direction, of_programme, model, over), backed)
+        over_frequency = _over_frequency(
+            surface, here, setting[0], programme.test.second_amplitude_mm, study.index.frequency
+        )
     elif frequencies and abs(lines[line] - wanted) > 0.5:
         raise InputError(
             f"{study.platform.folder / PROGRAMME_FILE}: {direction.name} was not measured at "
@@ -374,6 +405,7 @@ def _state(
             _abscissa(direction, of_programme, model, torque[usable]),
             np.abs(measured[usable]),
         ),
+        over_frequency,
         static,
     )
 
@@ -399,6 +431,35 @@ def _setting(
             "wheel torque: choose other frequencies_hz, or leave them out"
         )
     return moved, frequency, False
+
+
+def _over_frequency(
+    surface: DynamicStiffnessSurface,
+    torque: float,
+    amplitude: float,
+    second_mm: float | None,
+    lines: RealArray,
+) -> tuple[StiffnessOverFrequency, ...]:
+    """Return the stiffness over the lines at the amplitude of the test and at a second one.
+
+    The second one is the programme's; where that has none, the laboratory amplitude that
+    measurements back at most lines where they do not back that of the test, then at most lines.
+    """
+
+    def at(other: float) -> StiffnessOverFrequency:
+        points = operating_points(torque, other, lines)
+        values = np.where(
+            surface.supported(points), surface.predict(points, extrapolate=True), np.nan
+        )
+        return StiffnessOverFrequency(other, lines, values)
+
+    of_test = at(amplitude)
+    if second_mm is not None:
+        return of_test, at(second_mm * 1e-3)
+    others = [at(each) for each in LABORATORY if each != amplitude]
+    added = [(int((o.backed & ~of_test.backed).sum()), int(o.backed.sum())) for o in others]
+    second = others[max(range(len(others)), key=added.__getitem__)]
+    return (of_test, second) if second.backed.any() else (of_test,)
 
 
 def _all_axes(mount: Mount, case: LoadCase, line: int) -> float:

@@ -31,18 +31,12 @@ TEST_ENDS = (
     "guarded_lower",
     "guarded_upper",
 )
-CONDITIONS = (
-    "second_amplitude",
-    "loss_tolerance",
-    "rate_tolerance",
-    "ageing",
-    "fixture",
-    "sampling",
-    "first_articles",
-)
-"""Fields of the head that share a line until somebody states them."""
-MOST_PANELS = 5
-"""From so many panels on, static curves have a row of their own."""
+NAMES = ("part_number", "drawing", "revision")
+"""Fields of the head that stand there also while nobody has stated them; others share a line."""
+COLUMNS = (3, 5)
+"""Panels in a row: the fewest with which two rows have room for all."""
+ROW_HEIGHT = 1.35
+"""Of a row of panels, so that two fit on the first page [inch]."""
 
 
 def show(
@@ -74,11 +68,11 @@ def sheet_page(content: PartSheet, foot: str) -> Sheet:
     """Write the two pages of a part's sheet; `foot` is where it comes from."""
     say, units = content.language.say, content.units
     page = Sheet(content.title, content.description, content.language)
-    due = [key for key in CONDITIONS if not content.head[key]]
+    due = [key for key, value in content.head.items() if not value and key not in NAMES]
     page.fields({content.label(key): v for key, v in content.head.items() if key not in due})
     if due:
         page.text(
-            say("To be agreed as well: ", "Ebenfalls noch zu vereinbaren: ")
+            say("To be agreed: ", "Noch zu vereinbaren: ")
             + f"{'; '.join(content.word(key) for key in due)}."
         )
     page.section(say("Data block", "Datenblock"))
@@ -89,10 +83,10 @@ def sheet_page(content: PartSheet, foot: str) -> Sheet:
         content.block,
         AT_STATE,
         caption=say(
-            "The same in N/mm, at this state alone; as a share of today's part the band holds at "
-            "every preload, amplitude and frequency.",
-            "Dasselbe in N/mm, nur bei diesem Zustand; als Anteil des heutigen Teils gilt das Band "
-            "bei jeder Vorlast, Amplitude und Frequenz.",
+            "The same in N/mm, at this state alone; means in the vehicle differ. As a share of "
+            "today's part the band holds at every preload, amplitude and frequency.",
+            "Dasselbe in N/mm, nur bei diesem Zustand; Mittelwerte im Fahrzeug sind andere. Als "
+            "Anteil des heutigen Teils gilt das Band bei jeder Vorlast, Amplitude und Frequenz.",
         ),
         before=content.changes,
     )
@@ -117,14 +111,15 @@ def sheet_page(content: PartSheet, foot: str) -> Sheet:
     page.section(say("Test of a part", "Prüfung eines Teils"), _test_words(content))
     if len(content.test):
         show(page, content.test, TEST_ENDS if _all_decide(content) else (*TEST_ENDS, "decides"))
+    _frequencies(page, content)
     if content.rules:
         page.section(say("How a delivery is judged", "Wie eine Lieferung beurteilt wird"))
         page.rules(content.rules)
     if len(content.process):
-        page.section(say("What the process must show", "Was der Prozess zeigen muss"))
+        page.section(say("What the process must show", "Nachweis der Prozessfähigkeit"))
         show(page, content.process)
     if content.decibels:
-        page.section(say("What it is worth", "Was es wert ist"), content.worth_words)
+        page.section(say("What it is worth", "Nutzen im Innenraum"), content.worth_words)
         if len(content.worth):
             show(page, content.worth)
         show(page, content.levels)
@@ -134,14 +129,14 @@ def sheet_page(content: PartSheet, foot: str) -> Sheet:
     page.section(say("Words", "Begriffe"))
     page.text(
         say(
-            "|K|: magnitude of the complex dynamic stiffness of a piece, force over displacement; "
-            "K = K' + jK'', loss factor K''/K', the tangent of the loss angle. Amplitudes are "
-            "peak. σ: standard deviation of a process in the middle of its band. Cpk: distance of "
-            "the mean from the nearer end of the band over 3 σ [1].",
-            "|K|: Betrag der komplexen dynamischen Steifigkeit eines Stücks, Kraft durch Weg; "
-            "K = K' + jK'', Verlustfaktor K''/K', Tangens des Verlustwinkels. Amplituden sind "
-            "Spitzenwerte. σ: Standardabweichung eines Prozesses in der Mitte seines Bandes. Cpk: "
-            "Abstand des Mittelwerts vom näheren Ende des Bandes durch 3 σ [1].",
+            "|K|: magnitude of the complex dynamic stiffness K = K' + jK'' of a piece, force over "
+            "displacement; loss factor K''/K'. Amplitudes are peak. σ: standard deviation of a "
+            "process in the middle of its band. Cpk: distance of the mean from the nearer end of "
+            "the band over 3 σ [1].",
+            "|K|: Betrag der komplexen dynamischen Steifigkeit K = K' + jK'' eines Stücks, Kraft "
+            "durch Weg; Verlustfaktor K''/K'. Amplituden sind Spitzenwerte. σ: Standardabweichung "
+            "eines Prozesses in der Mitte seines Bandes. Cpk: Abstand des Mittelwerts vom näheren "
+            "Ende des Bandes durch 3 σ [1].",
         )
         + "".join(f" {text}" for text in content.glossary)
     )
@@ -174,16 +169,28 @@ def _test_words(content: PartSheet) -> str:
     if not content.specification.musts:
         standard += say(
             "No direction of this part is a must; no limit applies. ",
-            "Keine Richtung dieses Teils ist ein Muss; nichts wird an einem Grenzwert gemessen. ",
+            "Keine Richtung dieses Teils ist ein Muss; kein Grenzwert gilt. ",
         )
     loaded = any(d.preload_n for d in content.tested)
     raised = say(
         "Raise the preload, a force, from zero without overshoot, as the torque rises in the "
         "vehicle; otherwise the rubber measures stiffer. Preloads of all directions act together "
         "in the vehicle. ",
-        "Vorlast als Kraft von null aus steigern und nicht überschreiten: Gummi erinnert sich, und "
-        "im Fahrzeug steigt das Drehmoment. Im Fahrzeug wirken die Vorlasten aller Richtungen "
-        "zusammen. ",
+        "Vorlast als Kraft von null aus ohne Überschwingen steigern, wie das Drehmoment im "
+        "Fahrzeug; sonst misst sich der Gummi steifer. Im Fahrzeug wirken die Vorlasten aller "
+        "Richtungen zusammen. ",
+    )
+    test = content.agreed.test
+    stated = (
+        (test.loss_factor_tolerance, say("loss factor", "Verlustfaktor")),
+        (test.static_rate_tolerance, say("static rate", "statische Rate")),
+    )
+    tolerances = say(" and ", " und ").join(
+        f"{name} ± {content.percent(share)}" for share, name in stated if share is not None
+    )
+    reported = tolerances and say(
+        f"Agreed tolerances that are reported and not judged: {tolerances}. ",
+        f"Vereinbarte Toleranzen, die berichtet und nicht beurteilt werden: {tolerances}. ",
     )
     guarded = (
         say(
@@ -199,32 +206,71 @@ def _test_words(content: PartSheet) -> str:
     return (
         standard
         + (raised if loaded else "")
+        + reported
         + guarded
         + say(
             "Fill in the sheet “measured” of the workbook: |K| and the loss angle, or K' and K'', "
             "of each piece. Measure a part of today as well (rows “today”) if the machine sets "
             "only one preload, or if the interval of today's |K| is too wide.",
             "Blatt „gemessen“ der Arbeitsmappe ausfüllen: |K| und Verlustwinkel oder K' und K'' je "
-            "Stück. Stellt die Maschine nur eine Vorlast, oder ist ± des heutigen |K| zu viel, ein "
-            "heutiges Teil mitmessen (Zeilen „heute“).",
+            "Stück. Stellt die Maschine nur eine Vorlast ein, oder ist der Bereich des heutigen "
+            "|K| zu breit, auch ein heutiges Teil messen (Zeilen „heute“).",
         )
     )
 
 
+def _frequencies(page: Sheet, content: PartSheet) -> None:
+    """Show the new part over frequency: a row per direction and amplitude."""
+    say, table = content.language.say, content.over_frequency
+    if table.empty:
+        page.text(
+            say(
+                "Stiffness over frequency at the state of a test was not measured: further "
+                "frequencies and a second amplitude are to be agreed.",
+                "Die Steifigkeit über der Frequenz im Zustand einer Prüfung wurde nicht gemessen: "
+                "weitere Frequenzen und eine zweite Amplitude sind noch zu vereinbaren.",
+            )
+        )
+        return
+    shown = table[["direction", "amplitude_mm"]].drop_duplicates()
+    wide = labelled(shown, page.language).reset_index(drop=True)
+    digits = decimals_of(shown, page.language)
+    empty = []
+    for key, name, unit, decimals in (("nominal", "|K|", "N/mm", 0), ("loss_factor", "η", "1", 2)):
+        for line, rows in table.groupby("frequency_hz"):
+            if rows["nominal"].isna().all():
+                empty.append(page.local(f"{line:g} Hz"))
+                continue
+            column = page.local(f"{name} {line:g} Hz [{unit}]")
+            wide[column] = rows[key].to_numpy()
+            digits[column] = decimals
+    unmeasured = "; ".join(dict.fromkeys(["–", *empty]))
+    page.table(
+        wide,
+        say(
+            "|K| and loss factor η of the new part over frequency, at the preload of the test; ± "
+            f"of the data block holds at each. {unmeasured}: nothing was measured, nothing is "
+            "asked. A delivery is judged at its state of the test alone.",
+            "|K| und Verlustfaktor η des neuen Teils über der Frequenz, bei der Vorlast der "
+            f"Prüfung; ± des Datenblocks gilt bei jeder. {unmeasured}: nichts gemessen, nichts "
+            "gefordert. Beurteilt wird eine Lieferung nur im Zustand der Prüfung.",
+        ),
+        digits,
+    )
+
+
 def _figures(page: Sheet, content: PartSheet) -> None:
-    """Show dynamic stiffness over force, and force over deflection where it was measured."""
-    say, curves = content.language.say, content.curves
-    panels = (*curves.dynamic, *curves.static)
-    if not panels:
+    """Show dynamic stiffness over force and frequency, and the static force over deflection."""
+    curves = content.curves
+    if not curves.panels:
         return
     page.figure(
         plot.curve_panels(
-            panels,
-            x_label=say("static force [N]", "statische Kraft [N]"),
-            y_label=say("dynamic |K| [N/mm]", "|K|, dynamisch [N/mm]"),
-            columns=len(panels) if len(panels) < MOST_PANELS else len(curves.dynamic),
+            curves.panels,
+            columns=next(c for c in COLUMNS if len(curves.panels) <= 2 * c or c == COLUMNS[-1]),
             dashed=curves.dashed,
             colours=curves.colours,
+            panel_height=ROW_HEIGHT,
         ),
         curves.caption,
     )

@@ -46,9 +46,9 @@ def acceptance_rules(
                 f"State: a row counts if its preload is within ± {force}, its amplitude within ± "
                 f"{moved} and its frequency within ± {line} of this sheet, and if it has the part "
                 "number of this sheet; other rows are refused.",
-                f"Zustand: eine Zeile zählt bis ± {force} der Vorlast, ± {moved} der Amplitude und "
-                f"± {line} der Frequenz dieses Blatts und mit seiner Teilenummer; sonst wird sie "
-                "abgewiesen.",
+                f"Zustand: eine Zeile zählt, wenn ihre Vorlast auf ± {force}, ihre Amplitude auf ± "
+                f"{moved} und ihre Frequenz auf ± {line} zu diesem Blatt passt und sie seine "
+                "Teilenummer hat; andere Zeilen werden abgewiesen.",
             ),
             say(
                 "Value: |K| decides; loss factor and static rate are reported beside it. K' and "
@@ -84,7 +84,7 @@ def acceptance_rules(
         say(
             f"Part: it passes if |K| is inside every band of the class must{by}. It fails if |K| "
             f"is outside such a band{than}.",
-            f"Teil: es besteht, wo |K| in jedem Muss-Band liegt{by}. Es fällt durch, wo |K| "
+            f"Teil: es besteht, wenn |K| in jedem Muss-Band liegt{by}. Es fällt durch, wenn |K| "
             f"außerhalb eines Bandes liegt{than}.",
         ),
         say(
@@ -100,7 +100,7 @@ def acceptance_rules(
             "Corner of the box: the customer also predicts the cars. A batch near the ends of "
             "several bands at once may make too many cars loud. This is reported with the verdict "
             "and does not change it.",
-            "Ecke der Box: der Kunde rechnet auch die Fahrzeuge. Eine Charge nahe den Enden "
+            "Ecke der Box: der Kunde berechnet auch die Fahrzeuge. Eine Charge nahe den Enden "
             "mehrerer Bänder zugleich kann zu viele davon laut machen; das wird mit dem Urteil "
             "genannt und ändert es nicht.",
         ),
@@ -114,9 +114,10 @@ def acceptance_rules(
                 f"{wanted} in every direction of the class must, missed if the value of the "
                 "sample itself is lower, and open in between. It is judged separately from the "
                 "batch.",
-                f"Prozess: sein Cpk [1] ist gezeigt, wo die untere {bound}-Schranke (Bissell) "
-                f"{wanted} in jeder Muss-Richtung erreicht, verfehlt, wo schon der Wert der "
-                "Stichprobe darunter liegt, dazwischen offen. Er wird neben der Charge beurteilt.",
+                f"Prozess: sein Cpk [1] ist gezeigt, wenn die untere {bound}-Schranke (Bissell) "
+                f"{wanted} in jeder Muss-Richtung erreicht, verfehlt, wenn schon der Wert der "
+                "Stichprobe darunter liegt, sonst offen. Er wird getrennt von der Charge "
+                "beurteilt.",
             )
         )
     return tuple(rules)

@@ -15,7 +15,7 @@ import pandas as pd
 from scipy.stats import norm
 
 from deboom import plot
-from deboom.arrays import PERCENT
+from deboom.arrays import PERCENT, RealArray
 from deboom.errors import InputError
 from deboom.explore.moments import CONFIDENCE
 from deboom.files.acceptance import DATA_SHEET, Programme, SheetDirection, SupplierSpecification
@@ -56,6 +56,20 @@ AT_STATE = (
     "static_rate",
 )
 """Columns that hold at the state that stands beside them."""
+OVER_FREQUENCY = (
+    "direction",
+    "amplitude_mm",
+    "frequency_hz",
+    "lower",
+    "nominal",
+    "upper",
+    "loss_factor",
+)
+"""Columns of the new part over frequency."""
+MOST_LINES = 6
+"""Frequencies of that table at most, unless the programme states its own."""
+STEPS_HZ = (5.0, 10.0, 20.0, 50.0)
+"""Steps between them."""
 
 
 def required_capability(share: float, n_axes: int) -> float:
@@ -138,8 +152,9 @@ class SheetCurves:
         How they stand in the vehicle.
     along : array or None
         Axis of a round part, (3,) [1]; None: the part is drawn as a block.
-    dynamic, static : sequence of plot.CurvePanel
-        Dynamic stiffness over static force; static force over deflection, where it was measured.
+    panels : sequence of plot.CurvePanel
+        Of each direction, where they were measured: dynamic stiffness over static force and over
+        frequency, static force over deflection.
     colours : mapping of str to str
         Of all labels in them.
     dashed : tuple of str
@@ -153,8 +168,7 @@ class SheetCurves:
     axes: Mapping[str, Sequence[float]]
     axes_caption: str
     along: Sequence[float] | None = None
-    dynamic: Sequence[plot.CurvePanel] = ()
-    static: Sequence[plot.CurvePanel] = ()
+    panels: Sequence[plot.CurvePanel] = ()
     colours: Mapping[str, str] = field(default_factory=dict)
     dashed: tuple[str, ...] = ()
     points: pd.DataFrame = field(default_factory=pd.DataFrame)
@@ -258,6 +272,14 @@ class PartSheet(ABC):
 
     @property
     @abstractmethod
+    def over_frequency(self) -> pd.DataFrame:
+        """Keyed table of the new part over frequency, at the preload of the test.
+
+        Columns `OVER_FREQUENCY`, nan where nothing was measured; empty where nothing is known.
+        """
+
+    @property
+    @abstractmethod
     def variants(self) -> pd.DataFrame:
         """Keyed table of part numbers that vehicles share; empty without."""
 
@@ -288,6 +310,20 @@ class PartSheet(ABC):
         """Write a share [1] in per cent, with the decimal sign of the language."""
         return self.language.local(f"{PERCENT * share:.4g} %")
 
+    def shown_lines(self, lowest: float, highest: float) -> RealArray:
+        """Return the frequencies of the table over frequency: the programme's, or round ones.
+
+        - `lowest`, `highest`: band of the noise [Hz].
+        """
+        stated = self.agreed.test.frequencies_hz or ()
+        if len(stated) > 1:
+            return np.sort(stated)
+        for step in STEPS_HZ:
+            lines = step * np.arange(np.ceil(lowest / step), np.floor(highest / step) + 1)
+            if lines.size <= MOST_LINES:
+                break
+        return lines
+
     def specified(
         self,
         directions: Sequence[SheetDirection],
@@ -300,6 +336,7 @@ class PartSheet(ABC):
         return SupplierSpecification(
             mount=self.part,
             revision=number.revision or "",
+            drawing=number.drawing_number or "",
             language=self.language.value,
             box_sha256=box_sha256,
             share_stated=share_stated,
@@ -464,6 +501,7 @@ class PartSheet(ABC):
             "part_number": number.part_number or "",
             "drawing": number.drawing_number or "",
             "revision": number.revision or "",
+            "state": self.word(number.state),
             "pieces": str(self.pieces),
             "parts_per_year": str(number.parts_per_year or ""),
             "variants": shown,
@@ -565,6 +603,7 @@ class PartSheet(ABC):
         ]
         keyed = {
             "sheet_block": self.block,
+            "sheet_frequencies": self.over_frequency,
             "sheet_test": self.test,
             "sheet_measured": self.to_fill_in,
             "sheet_process": self.process,

@@ -59,7 +59,7 @@ mathjax_path = "mathjax/tex-svg.js"
 MATHJAX = files("mathjax") / "static" / "mathjax"
 """MathJax with its licence (Apache 2.0), from the package django-static-mathjax."""
 html_css_files = ["site.css"]
-html_search_scorer = "search_scorer.js"
+html_search_scorer = str(HERE / "search_scorer.js")
 html_show_sourcelink = False
 html_theme_options = {
     "navbar_end": ["theme-switcher"],

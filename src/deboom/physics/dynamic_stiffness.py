@@ -87,8 +87,8 @@ def stiffness_hv(
     - `force`, `displacement` (..., n_repeat): complex amplitudes, phase referred to the same event
       in each record [N, m].
     - `noise_ratio` (...): standard deviation of the force noise over that of the displacement
-      noise, above 0 [N/m]. Far above |K| the result is that of `stiffness_h1`, far below that of
-      `stiffness_h2`.
+      noise, above 0 [N/m]. Far above ``|K|`` the result is that of `stiffness_h1`, far below that
+      of `stiffness_h2`.
 
     Total least squares: the K that minimises ``Σ |f − K s₀|²/σ_f² + |s − s₀|²/σ_s²`` over K and the
     true motions s₀. With r = σ_f/σ_s, ``K = (d + √(d² + 4 r² |S_fs|²)) / 2 S_sf`` where

@@ -22,7 +22,7 @@ SILENT = 1e-24
 ROUNDING = 1e-6
 """Amount by which a coherence may come out above 1."""
 LARGEST_VALID_ERROR = 0.2
-"""Relative error of |H| up to which the first-order formulas hold within 10 %."""
+"""Relative error of ``|H|`` up to which the first-order formulas hold within 10 %."""
 
 
 class FrfForm(Enum):
@@ -555,7 +555,7 @@ def _coherent(values: RealArray, spectra: CrossSpectra) -> RealArray:
 
 
 def magnitude_error(coherence: npt.ArrayLike, n_averages: float, n_inputs: int = 1) -> RealArray:
-    """Return the relative standard deviation of |H| by chance [1].
+    """Return the relative standard deviation of ``|H|`` by chance [1].
 
     Infinite where the coherence is 0; beyond `LARGEST_VALID_ERROR` it says "large" and no more.
     Raises InputError: a coherence outside 0 … 1, or not more averages than inputs.
@@ -586,8 +586,8 @@ def phase_error(coherence: npt.ArrayLike, n_averages: float, n_inputs: int = 1) 
 
     Notes
     -----
-    ``arcsin`` of the relative error of |H| (Bendat and Piersol, Random Data, 4th ed., eq. 9.91), at
-    most π/√3, the value of a phase that can be anything.
+    ``arcsin`` of the relative error of ``|H|`` (Bendat and Piersol, Random Data, 4th ed., eq.
+    9.91), at most π/√3, the value of a phase that can be anything.
     """
     error = magnitude_error(coherence, n_averages, n_inputs)
     arcsine = np.arcsin(np.minimum(error, 1.0))
@@ -690,7 +690,7 @@ def corrected_damping_ratio(
     """Return the damping ratio of the body out of the one fitted to windowed data [1].
 
     ``−Re s / |s|`` of the corrected pole, for small damping ``ζ − 1/(ω τ)``; from fitted ζ [1] and
-    undamped natural frequency |s|/2π [Hz], and τ of the window [s].
+    undamped natural frequency ``|s|/2π`` [Hz], and τ of the window [s].
     """
     zeta, omega = np.broadcast_arrays(
         np.asarray(damping_ratio, dtype=float), 2 * np.pi * np.asarray(frequency, dtype=float)

@@ -283,6 +283,14 @@ def _first_line(value: Any) -> str:
     return (inspect.getdoc(value) or "").partition("\n")[0]
 
 
+def skip_foreign(
+    _app: Any, what: str, _name: str, value: Any, _skip: bool, _options: Any
+) -> bool | None:
+    """Leave out of the page of a module what it takes from other packages."""
+    home = getattr(value, "__module__", None) or "deboom"
+    return True if what == "module" and not home.startswith("deboom") else None
+
+
 def show_values(
     _app: Any,
     _what: str,
@@ -347,6 +355,7 @@ def setup(app: Any) -> None:
     app.connect("autodoc-process-docstring", head_lists, priority=400)
     app.connect("autodoc-process-docstring", describe_see_also, priority=400)
     app.connect("autodoc-process-signature", show_values)
+    app.connect("autodoc-skip-member", skip_foreign)
     app.connect("source-read", write_from_code)
     app.connect("source-read", link_page)
     app.connect("autodoc-process-docstring", link_docstring)

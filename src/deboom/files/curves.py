@@ -100,12 +100,13 @@ def _of_node(function: UffFunction) -> Curve:
 
 def _over_frequency(path: Path) -> bool:
     """Tell whether a table is over frequency, not over time."""
-    if path.suffix.lower() == ".mat":
-        try:
-            read_function_table(path)
-        except InputError as error:
-            if "frequency" in str(error):
-                return False
-            raise
-        return True
-    return any(name_and_unit(h)[0] == "frequency" for h in read_columns(path, "frequency").texts)
+    if path.suffix.lower() in (".csv", ".xlsx"):
+        headers = read_columns(path, "frequency").texts
+        return any(name_and_unit(header)[0] == "frequency" for header in headers)
+    try:
+        read_function_table(path)
+    except InputError as error:
+        if "frequency" in str(error):
+            return False
+        raise
+    return True

@@ -11,6 +11,7 @@ from test_cli_platform import filled, made
 
 from deboom.errors import InputError
 from deboom.files.check import check_platform
+from deboom.files.curves import read_curves
 from deboom.files.nastran_punch import loads_of, read_punch
 from deboom.files.platform import read_platform
 from deboom.files.rows import NOISE_TRANSFER, ChannelRow
@@ -212,6 +213,8 @@ def test_op2_is_named_with_the_export_that_works(tmp_path):
     (fault,) = check_platform(folder).faults
     assert "wagon.op2 is Nastran's OP2, which is not read" in fault
     assert "DISPLACEMENT(PUNCH,REAL)" in fault
+    with pytest.raises(InputError, match="is Nastran's OP2, which is not read"):
+        read_curves(folder / "noise_transfer/wagon.op2")
 
 
 def test_the_table_of_the_guide_is_read(tmp_path):

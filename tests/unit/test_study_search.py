@@ -8,7 +8,7 @@ import pytest
 import deboom
 from deboom.errors import InputError
 from deboom.explore.front import pareto_front, replicates, verified
-from deboom.explore.moments import Objective
+from deboom.explore.moments import STATISTICS, Objective, Statistic
 from deboom.explore.result import Front
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
@@ -290,6 +290,23 @@ def test_every_pick_that_misses_a_limit_at_nominal_is_named():
         assert sum(sentence in warning for warning in report.warnings) == 1
     assert len(report.warnings) == len(front.picks)
     assert report.summary["n_beyond_limits"] == front.search.infeasible.sum() > 0
+
+
+def test_a_page_has_lower_bounds_of_levels_and_says_what_new_statistics_are_of(monkeypatch):
+    first = Statistic("first part", lambda draws, _: draws.values[0], is_estimate=False)
+    monkeypatch.setitem(STATISTICS, "first", first)
+    model = ResponseFunction(lambda x: (x - 0.9) ** 2, ("a",), ("level",), "dB")
+    limits = [Objective("mean").at_least(0.004), Objective("first").at_most(1.0)]
+    space = stiffness_factor_space(("a",), 0.2, 0.15)
+    robust = Robust(model, space, draws=16, limits=limits)
+    front = deboom.search(robust, population=8, generations=3, verified_with=16)
+    report = Report("Limits", "Are they kept?")
+    report_limits(report, front)
+    (row,) = report.tables["level_limits"].to_dict("records")
+    assert row["at least"] == 0.004
+    assert np.isnan(row["at most"])
+    words = str(report.sections[0].blocks)
+    assert "by the levels over the scatter and by every drawn part: " in words
 
 
 def test_no_more_than_the_shown_designs_are_verified_beside_the_picks():

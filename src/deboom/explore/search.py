@@ -811,7 +811,7 @@ def search(
             rest[0] = robust.space.nominal
         begin = np.vstack([begin, rest])
     free = not robust.limits
-    gradients = (
+    picks_improve = (
         settings.polish
         and free
         and robust.objectives[:2] == (MEAN_SUM, SIGMA_SUM)
@@ -831,7 +831,7 @@ def search(
             progress=told,
             checkpoint=checkpoint,
         )
-        begin = np.asarray(result.front.designs) if robust.limits else None
+        within_limits = np.asarray(result.front.designs) if robust.limits else None
         for pair in pairs:
             for each in range(settings.seed, settings.seed + settings.searches):
                 result = _with_descents(
@@ -839,13 +839,13 @@ def search(
                     pair,
                     result,
                     seed=each,
-                    begin=begin,
+                    begin=within_limits,
                     progress=told,
                     store=checkpoint(each) if checkpoint else None,
                 )
     rows = result.front
     if shown is not None:
-        picked = _picked(robust, result.evaluated, polish=gradients)
+        picked = _picked(robust, result.evaluated, polish=picks_improve)
         front = pareto_front(result.front, picked)
         result = replace(result, front=front)
         rows = _distinct(joined([thinned(front, shown), picked]))
@@ -858,7 +858,7 @@ def search(
         differenced = by_differences(robust)
         if differenced:
             notes.append(f"Gradients of {_named(differenced)} came from differences.")
-    if gradients and shown is not None and not converges:
+    if picks_improve and shown is not None and not converges:
         notes.append("Its picks then went on by gradient.")
     if settings.polish and not pairs and _pairs_to_descend(replace(robust, limits=Limits())):
         notes.append(

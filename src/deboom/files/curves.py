@@ -10,6 +10,7 @@ from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.errors import InputError
 from deboom.files.disk import kind_of
 from deboom.files.function_table import (
+    is_nodal,
     is_table,
     read_function_table,
     read_nodal,
@@ -58,7 +59,7 @@ def read_curves(path: Path) -> list[Curve]:
     - returns: in the order of the file, in SI where the unit is known.
     - raises InputError: as the readers of these files; a file with nothing to look at.
     """
-    if kind_of(path) == "a UFF file" or path.suffix.lower() in (".pch", ".npz"):
+    if kind_of(path) == "a UFF file" or is_nodal(path):
         curves = [_of_node(function) for function in read_nodal(path)]
     elif is_table(path) and _over_frequency(path):
         table = read_function_table(path)
@@ -99,12 +100,13 @@ def _of_node(function: UffFunction) -> Curve:
 
 def _over_frequency(path: Path) -> bool:
     """Tell whether a table is over frequency, not over time."""
-    if path.suffix.lower() == ".mat":
-        try:
-            read_function_table(path)
-        except InputError as error:
-            if "frequency" in str(error):
-                return False
-            raise
-        return True
-    return any(name_and_unit(h)[0] == "frequency" for h in read_columns(path, "frequency").texts)
+    if path.suffix.lower() in (".csv", ".xlsx"):
+        headers = read_columns(path, "frequency").texts
+        return any(name_and_unit(header)[0] == "frequency" for header in headers)
+    try:
+        read_function_table(path)
+    except InputError as error:
+        if "frequency" in str(error):
+            return False
+        raise
+    return True

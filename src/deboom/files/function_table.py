@@ -546,6 +546,11 @@ _NODAL: Mapping[str, Callable[[Path], tuple[UffFunction, ...]]] = {
 """Endings of files with functions by node that are not UFF, and their readers."""
 
 
+def is_nodal(path: Path) -> bool:
+    """Tell by its ending whether a file that is not UFF has functions by node and direction."""
+    return path.suffix.lower() in _NODAL
+
+
 def read_nodal(path: Path) -> tuple[UffFunction, ...]:
     """Read functions by node and direction, in SI: punch or npz by its ending, else UFF.
 
@@ -562,7 +567,7 @@ def with_their_tables(paths: Iterable[Path]) -> tuple[Path, ...]:
     files: dict[Path, None] = {}
     for path in paths:
         files |= {path: None}
-        stated = path.suffix.lower() in (*_NODAL, ".wav")
+        stated = is_nodal(path) or path.suffix.lower() == ".wav"
         files |= {path.with_suffix(".csv"): None} if stated else {}
     return tuple(files)
 

@@ -91,7 +91,7 @@ def read_time_signals(path: Path, names: Sequence[str] | None) -> dict[str, Time
     kind = _TABLE if _is_table(path) else kind_of(path)
     if kind not in _READERS:
         raise InputError(
-            f"{path} is {kind}: time data are read from UFF, {', '.join(_ENDINGS)}; export it as "
+            f"{path} is {kind}: time data are read from UFF, {', '.join(_FORMATS)}; export it as "
             "one of these"
         )
     loaded = defaultdict[str, list[_Loaded]](list)
@@ -715,4 +715,4 @@ _READERS: Mapping[str, Callable[[Path, Sequence[str]], _Channels]] = {
     "a WAV file": _wav,
     _TABLE: _table,
 }
-_ENDINGS = ("MDF (.mf4)", "TDMS", "HDF5", "MATLAB (.mat)", "LabVIEW (.lvm)", "WAV", "CSV", "xlsx")
+_FORMATS = ("MDF (.mf4)", "TDMS", "HDF5", "MATLAB (.mat)", "LabVIEW (.lvm)", "WAV", "CSV", "xlsx")

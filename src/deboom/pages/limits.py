@@ -57,13 +57,14 @@ def report_limits(report: Report, front: Front) -> None:
 def _limits_in_words(front: Front) -> str:
     """Say what had to keep limits, and how many designs of the search miss one."""
     statistics = {limit.number.statistic for limit in front.robust.limits.limits}
+    estimates = {name for name in statistics if STATISTICS[name].is_estimate}
     whose, draws = [], ""
-    if any(STATISTICS[name].is_estimate for name in statistics):
+    if estimates:
         whose.append("by the levels over the scatter")
         draws = " under the draws of the search"
     if "nominal" in statistics:
         whose.append("by the design itself")
-    if statistics & {"smallest", "largest"}:
+    if statistics - estimates - {"nominal"}:
         whose.append("by every drawn part")
     return (
         f"Limits had to be kept {listed(whose)}: {front.search.infeasible.sum()} of "
@@ -107,14 +108,18 @@ def _limited_levels(front: Front) -> pd.DataFrame:
     limited = [robust.limits for robust in sets]
     values = np.mean([robust.limits.numbers(robust(designs).excess) for robust in sets], axis=0)
     # today's number is another one under each set of draws
-    most = np.mean(
-        [[float(limit.at_most) for limit in limits.limits] for limits in limited], axis=0
+    least, most = (
+        np.mean([[float(getattr(each, side)) for each in one.limits] for one in limited], axis=0)
+        for side in ("at_least", "at_most")
     )
     scales = np.array([1.0 / limit.n_lines for limit in limited[0].limits])
     limits = []
-    for limit, scale, bound in zip(limited[0].limits, scales, most, strict=True):
+    for limit, low, high, scale in zip(
+        limited[0].limits, least * scales, most * scales, scales, strict=True
+    ):
         name = limit.number.name if scale == 1.0 else f"{limit.number.name}, per line"
-        limits.append(Limit(replace(limit.number, label=name), at_most=float(scale * bound)))
+        number = replace(limit.number, label=name)
+        limits.append(Limit(number, at_least=float(low), at_most=float(high)))
     return _limited_numbers(limits, dict(zip(front.named_designs, values * scales, strict=True)))
 
 

@@ -3,7 +3,8 @@
 A study is a file with a docstring, whose first paragraph is its question, and three names:
 
 - ``Options``: a frozen dataclass with a default for everything but a path that the user must name,
-  which is an ``Argument``; a field ``seed`` where anything is drawn;
+  which is an ``Argument``; a field ``seed`` where anything is drawn; ``COMMON``, optional, names
+  the options that ``--help`` shows;
 - ``prepare(options)``: reads files and builds the model, without running anything long;
 - ``run(model, options)``: computes, and returns a `deboom.report.Report`. A third parameter,
   ``context``, gets the `deboom.runs.result.RunContext`, where a search is kept to go on with.

@@ -67,6 +67,8 @@ def test_each_peak_is_paired_once_the_closest_first():
 def test_refuses():
     with pytest.raises(InputError, match="level at 33 Hz is not finite"):
         booming_peaks.booming_peaks(np.where(LINES == 33.0, -np.inf, 60.0), LINES, 1.5)
+    with pytest.raises(InputError, match=r"shape \(2, 41\) are no curve over 41 lines"):
+        booming_peaks.booming_peaks(np.full((2, LINES.size), 60.0), LINES, 1.5)
     curve = resonances(30.0)
     with pytest.raises(InputError, match="no line between 70 and 80 Hz"):
         booming_peaks.compare_pressure(FREQUENCY, 1.5, curve, curve, (70.0, 80.0))

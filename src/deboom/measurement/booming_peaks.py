@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -96,15 +97,24 @@ def booming_peaks(
     - `level` (n_frequency,): SPL of each line, finite [dB(A)].
     - `frequency` (n_frequency,) [Hz].
     - `order`: engine order of the curve [1].
-    - raises InputError: a level that is not finite, an order that is not positive.
+    - raises InputError: levels that are no curve over the lines, or are not finite; an order that
+      is not positive.
 
     Topographic prominence of `scipy.signal.find_peaks`, at least `PROMINENCE`. The first and last
     line are no peaks: the curve could rise beyond them.
     """
     curve, lines = np.asarray(level, dtype=float), np.asarray(frequency, dtype=float)
+    if curve.ndim != 1 or curve.shape != lines.shape:
+        raise InputError(f"levels of shape {curve.shape} are no curve over {lines.size} lines")
     if not np.isfinite(curve).all():
         line = lines[np.flatnonzero(~np.isfinite(curve))[0]]
         raise InputError(f"the level at {line:g} Hz is not finite: a peak has no height beside it")
+    return _peaks_of(curve.tobytes(), lines.tobytes(), order)
+
+
+@lru_cache(maxsize=1024)  # today's curve is compared with that of every design
+def _peaks_of(level: bytes, frequency: bytes, order: float) -> tuple[BoomingPeak, ...]:
+    curve, lines = np.frombuffer(level), np.frombuffer(frequency)
     positions, properties = find_peaks(curve, prominence=PROMINENCE)
     return tuple(
         BoomingPeak(

@@ -6,7 +6,7 @@ They are the thesis's figures 14, 18 to 25 and 26 to 32, drawn from tables that 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TypeAlias
 
@@ -275,30 +275,38 @@ def append_sensors(report: Report, bench: CharacterisedBench) -> None:
         "figure 14).",
     )
     beside = motions_beside(chain, run)
-    report.table("motions_beside", beside)
+    columns = _speed(run)
+    for mount, (in_mount, near) in beside.items():
+        columns[f"{mount}, virtual point [m/s^2]"] = in_mount
+        columns |= {f"{mount}, sensor {name} [m/s^2]": moved for name, moved in near.items()}
+    report.table(
+        "motions_beside",
+        pd.DataFrame({label: significant(values) for label, values in columns.items()}),
+    )
     report.figure(
         "motions_beside",
-        partial(_beside, beside),
+        partial(_beside, columns["engine speed [rpm]"], beside),
         f"Acceleration along x in run {run.name}: in each mount, by the virtual point, and dashed "
-        "that of the sensor beside the mount (thesis, figure 16). A stiffness from the sensor "
-        "beside the mount errs by what the two differ.",
+        "of the sensors beside it (thesis, figure 16). A stiffness from a sensor beside the mount "
+        "errs by what the two differ: on a body that pitches, one above the mount moves more than "
+        "the mount, one below it less, or the reverse.",
     )
-    apart = []
-    for mount, in_mount, near in _pairs_of(beside):
-        apart.append(float(np.max(np.abs(in_mount - near))))
-        report.number(
-            f"beside_error_percent_{mount}_x",
-            float(100 * np.median(in_mount / near - 1)),
-            "%",
-            "error of |K| along x from the sensor beside the mount, median of a run's lines",
-        )
-    if apart:
-        report.number(
-            "beside_difference_m_per_s2",
-            max(apart),
-            "m/s^2",
-            "largest difference of the accelerations in a mount and beside it, along x",
-        )
+    apart = [0.0]
+    for mount, (in_mount, near) in beside.items():
+        for sensor, moved in near.items():
+            apart.append(float(np.max(np.abs(in_mount - moved))))
+            report.number(
+                f"beside_error_percent_{mount}_x_{sensor}",
+                float(100 * np.median(in_mount / moved - 1)),
+                "%",
+                "error of |K| along x from a sensor beside the mount, median of a run's lines",
+            )
+    report.number(
+        "beside_difference_m_per_s2",
+        max(apart),
+        "m/s^2",
+        "largest difference of the accelerations in a mount and beside it, along x",
+    )
 
 
 def rebuilt_accelerations(body: InstrumentedBody, run: OperatingRun) -> pd.DataFrame:
@@ -307,8 +315,9 @@ def rebuilt_accelerations(body: InstrumentedBody, run: OperatingRun) -> pd.DataF
     measured = run.acceleration.select(body.channels)
     rebuilt = body.virtual_point.reproject(measured.values)
     columns = _speed(run)
-    for mount, sensor in _sensors_beside(body).items():
-        for channel in sensor.channels:
+    for mount in dict.fromkeys(point.mount for point in body.points):
+        channels = (s.channels for s in _sensors_beside(body, mount))
+        for channel in next(channels, ()):
             place = measured.channels.index(channel)
             for part, of in (("Re", np.real), ("Im", np.imag)):
                 label = f"{part} {mount}, {channel}"
@@ -317,35 +326,35 @@ def rebuilt_accelerations(body: InstrumentedBody, run: OperatingRun) -> pd.DataF
     return pd.DataFrame({label: significant(values) for label, values in columns.items()})
 
 
-def motions_beside(chain: AlignmentEstimate, run: OperatingRun) -> pd.DataFrame:
-    """List the motion along x over the lines of a run: in each mount, and of a sensor beside it."""
+def motions_beside(
+    chain: AlignmentEstimate, run: OperatingRun
+) -> dict[str, tuple[RealArray, dict[str, RealArray]]]:
+    """Return amplitudes of the motion along x in each mount, and of the sensors beside it [m/s^2].
+
+    Each (f,), by the name of the mount; sensors by theirs. Of pieces of a mount the first.
+    """
     body = chain.alignment.body
     measured = run.acceleration.select(body.channels).values
     motion = measured @ chain.alignment.motion_matrix(chain.mean).T
-    columns = _speed(run)
-    beside = _sensors_beside(body)
+    motions: dict[str, tuple[RealArray, dict[str, RealArray]]] = {}
     for place, point in enumerate(body.points):
-        if point.mount in beside and f"{point.mount} [m/s^2]" not in columns:
-            sensor = beside[point.mount]
-            near = sensor.orientation @ run.acceleration.select(sensor.channels).values.T
-            columns[f"{point.mount} [m/s^2]"] = np.abs(motion[:, 3 * place])
-            columns[f"{point.mount}, beside [m/s^2]"] = np.hypot(
-                *(point.along_mount(part)[0] for part in (near.real, near.imag))
-            )
-    return pd.DataFrame({label: significant(values) for label, values in columns.items()})
+        near = {}
+        for sensor in _sensors_beside(body, point.mount):
+            moved = sensor.orientation @ run.acceleration.select(sensor.channels).values.T
+            along = (point.along_mount(part)[0] for part in (moved.real, moved.imag))
+            near[sensor.name] = np.hypot(*along)
+        motions.setdefault(point.mount, (np.abs(motion[:, 3 * place]), near))
+    return motions
 
 
 def _speed(run: OperatingRun) -> dict[str, RealArray]:
     return {"engine speed [rpm]": np.asarray(rpm_of_frequency(run.frequency, run.order))}
 
 
-def _sensors_beside(body: InstrumentedBody) -> dict[str, Sensor]:
-    """Return the first sensor at each mount of which all channels are in use."""
-    first = {
-        s.mount: s for s in reversed(body.accelerometers) if set(s.channels) <= set(body.channels)
-    }
-    mounts = dict.fromkeys(point.mount for point in body.points)
-    return {mount: first[mount] for mount in mounts if mount in first}
+def _sensors_beside(body: InstrumentedBody, mount: str) -> list[Sensor]:
+    """Return the sensors at a mount of which all channels are in use."""
+    used = set(body.channels)
+    return [s for s in body.accelerometers if s.mount == mount and used.issuperset(s.channels)]
 
 
 def transfer_panels(matrices: Sequence[ForceTransferMatrix]) -> plot.Figure:
@@ -682,26 +691,25 @@ def _why_r2(bench: CharacterisedBench, numbers: pd.DataFrame) -> str:
     )
 
 
-def _pairs_of(beside: pd.DataFrame) -> Iterator[tuple[str, RealArray, RealArray]]:
-    """Give each mount with the motion in it and beside it."""
-    for label in map(str, beside.columns[1::2]):
-        mount = label.removesuffix(" [m/s^2]")
-        near = beside[f"{mount}, beside [m/s^2]"]
-        yield mount, beside[label].to_numpy(), near.to_numpy()
-
-
-def _beside(beside: pd.DataFrame) -> plot.Figure:
-    speed = beside["engine speed [rpm]"].to_numpy()
+def _beside(
+    speed: RealArray, beside: Mapping[str, tuple[RealArray, Mapping[str, RealArray]]]
+) -> plot.Figure:
+    names = [f"sensor {k}" for k in range(1, 1 + max(len(near) for _, near in beside.values()))]
     panels = [
-        CurvePanel(mount, speed, {"virtual point": in_mount, "sensor beside the mount": near})
-        for mount, in_mount, near in _pairs_of(beside)
+        CurvePanel(
+            mount,
+            speed,
+            {"virtual point": in_mount} | dict(zip(names, near.values(), strict=False)),
+            note=", ".join(near),
+        )
+        for mount, (in_mount, near) in beside.items()
     ]
     return plot.curve_panels(
         panels,
         x_label="engine speed [rpm]",
         y_label="|a| along x [m/s²]",
         columns=min(3, len(panels)),
-        dashed=["sensor beside the mount"],
+        dashed=names,
     )
 
 

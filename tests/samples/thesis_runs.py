@@ -104,6 +104,7 @@ def every_item(thesis):
 def wrong_commands(thesis):
     """Give a sentence for each command, also in a text, that does not parse as printed."""
     texts = [text for item in every_item(thesis) for text in (item.see, item.differs)]
+    texts += [statement.differs for statement in thesis.statements]
     commands = re.findall(r"`(deboom [^`]+)`", " ".join(texts))
     return list(filter(None, map(wrong_command, (*thesis.runs.values(), *commands))))
 
@@ -209,6 +210,9 @@ def wrong_in_run(thesis, name, folder, keys):
         for number in item.numbers:
             if number.key not in keys:
                 yield f"{item.name}: the answer has no number {number.key}"
+    for statement in thesis.statements:
+        if statement.run == name and (missing := set(statement.keys) - set(keys)):
+            yield f"{statement.printed}: the answer has no number {missing}"
 
 
 @cache

@@ -11,8 +11,14 @@ from deboom.bench.campaign import NO_ERRORS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.errors import InputError
 from deboom.mounts.characterise import CharacteriseOptions
-from deboom.mounts.characterised_bench import direction_numbers, model_table, usable_maps
-from deboom.mounts.response_surface import standard_models
+from deboom.mounts.characterised_bench import (
+    direction_numbers,
+    model_table,
+    shown_run,
+    usable_maps,
+)
+from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
+from deboom.mounts.response_surface import DynamicStiffnessSurface, standard_models
 from deboom.pages import mount_figures
 from deboom.pages.mount_characterisation import characterisation_report
 from deboom.report.report import Picture, Report
@@ -72,12 +78,14 @@ def test_every_figure_has_its_place_on_the_page(blind, monkeypatch):
     assert set(done.figures) == {
         "static_x",
         "stiffness_map_TSM",
+        "frequency_map_TSM",
         "stiffness_dependence",
         "splits",
         "stiffness_over_speed_TSM",
         "force_over_speed_TSM",
         "force_transfer",
         "rebuilt_accelerations",
+        "motions_beside",
     }
     blocks = [block for section in done.sections for block in section.blocks]
     shown = [block.png for block in blocks if isinstance(block, Picture)]
@@ -109,6 +117,56 @@ def test_every_line_is_in_the_tables_with_its_noise_and_its_surface(blind):
             error = (seen - strut[f"{part} {letter}, surface [{unit}]"]).abs()
             inside = error < strut[f"half width of {part} {letter} [{unit}]"]
             assert inside.mean() > 0.9, (part, letter)
+
+
+@pytest.mark.parametrize("split", [(), (195.0,), (400.0,)])
+def test_inflection_points_of_a_surface_are_those_of_its_curve(split):
+    preload, amplitude, frequency = np.meshgrid(
+        np.linspace(0.0, 600.0, 61), np.arange(1, 6) * 1e-4, np.linspace(20.0, 80.0, 5)
+    )
+    points = np.column_stack([preload.ravel(), amplitude.ravel(), frequency.ravel()])
+    stiffness = 1e5 + 5e-3 * (points[:, 0] - 200.0) ** 3
+    surface = DynamicStiffnessSurface(PiecewiseCubicRegressor(split=split))
+    ((at, k),) = mount_figures.inflections(surface.fit(points, stiffness * (1 + 0.1j)), points)
+    assert at == pytest.approx(200.0, abs=12.0)  # the width in which two pieces are blended
+    assert k == pytest.approx(1e5, abs=10.0)
+
+
+def test_the_outline_of_a_map_leaves_out_what_no_run_came_near_to():
+    """A convex hull would enclose the middle of the ring."""
+    angle = np.linspace(0.0, 2 * np.pi, 100)
+    x, y, height = mount_figures.outline(np.cos(angle), 2.0 + np.sin(angle), amplitude=False)
+    across, up = np.meshgrid(x, y)
+    radius = np.hypot(across, up - 2.0)
+    assert (height[radius < 0.75] < 0).all()
+    assert (height[np.abs(radius - 1.0) < 0.04] > 0).all()
+
+
+def test_the_scale_is_made_for_most_intervals_and_the_widest_is_named():
+    speed, zero = np.linspace(1000.0, 1990.0, 100), np.zeros(100)
+    half = np.ones(100)
+    even, nothing = mount_figures.without_spikes(speed, {"a": zero}, {"a": (-half, half)})
+    assert nothing == ""
+    assert even["a"][1].max() == 1.0
+    half[30] = 40.0
+    cut, named = mount_figures.without_spikes(speed, {"a": zero}, {"a": (-half, half)})
+    assert named == "band to ± 40 at 1300 rpm"
+    assert cut["a"][1].max() == 1.0
+
+
+def test_motion_in_a_mount_is_that_of_its_map_and_lies_between_those_beside_it(blind):
+    (chain, *_) = blind.result.chains
+    run = shown_run(blind)
+    motions = mount_figures.motions_beside(chain, run)
+    assert set(motions) == {"EnM", "GeM", "TSM"}
+    for mount, (in_mount, beside) in motions.items():
+        measured = blind.result.directions[f"{mount} x"].measured
+        lines = measured.select(measured.run == run.name)
+        rows = np.searchsorted(run.frequency, lines.frequency)
+        acceleration = (2 * np.pi * lines.frequency) ** 2 * lines.amplitude
+        assert in_mount[rows] == pytest.approx(acceleration, rel=1e-4)
+        low, high = sorted(np.median(moved / in_mount) for moved in beside.values())
+        assert low < 0.95 < 1.05 < high  # one sits above the mount, one below
 
 
 def test_r2_stops_where_noise_says(blind):

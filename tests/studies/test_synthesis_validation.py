@@ -48,12 +48,12 @@ def bench(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def validation(bench, vehicle):
-    """Validate once: what was measured, the report, and the curves of each picture over speed."""
+    """Validate once: what was measured, report, curves of each picture over speed by panel."""
     drawn = []
 
     def record(panels, order=None, **_):
         if order is not None:
-            drawn.append([panel.curves for panel in panels])
+            drawn.append({panel.title: panel.curves for panel in panels})
         assert all(len(c) == len(p.abscissa) for p in panels for c in p.curves.values())
         return PICTURE
 
@@ -180,8 +180,27 @@ def test_every_figure_shows_its_curves(validation):
     """What goes into the drawing; the drawing itself has tests of its own."""
     drawn = validation[2]
     ways = [way.value for way in synthesis.DesignMotion]
-    assert list(drawn[3][0]) == ["measured forces of the design", *ways]
-    assert {"sum of all paths", "TSM x", "Du x", "all z"} <= set(drawn[5][0])
+    (design,) = drawn[3].values()
+    assert list(design) == ["measured forces of the design", *ways]
+    contributions = drawn[5]
+    assert {"sum of all paths", "TSM x", "Du x", "all z"} <= set(contributions)
+    for methods in contributions.values():  # the two stand over each other
+        one, other = methods.values()
+        assert 0.0 < np.median(np.abs(one - other)) < 2.0
+
+
+def test_the_error_is_told_band_by_band(validation):
+    _, report, drawn = validation
+    (errors,) = drawn[1].values()
+    frequency = np.arange(20.0, 55.1, 0.25)
+    (row,) = report.tables["synthesis_error"].to_dict("records")
+    lines = (frequency >= 30.0) & (frequency < 40.0)
+    expected = np.median(np.abs(errors["U06-2"][lines]))
+    assert row["30 to 40 Hz [dB]"] == pytest.approx(expected)
+    worst = max(value for name, value in row.items() if name != "vehicle")
+    assert report.summary["band_error_db"] == pytest.approx(worst)
+    where = report.summary["band_of_largest_error"].removeprefix("U06-2, ")
+    assert row[f"{where} [dB]"] == worst
 
 
 def test_two_vehicles_show_what_the_page_of_the_thesis_says(validation, monkeypatch, tmp_path):

@@ -86,6 +86,16 @@ def test_a_false_statement_is_caught(place, changes, made):
     )
 
 
+def test_a_statement_without_its_number_is_caught(made):
+    data = THESIS.model_dump()
+    for statement in data["statements"]:
+        statement["here"] = statement["here"].replace("{", "{no_")
+    thesis = Thesis.model_validate(data)
+    for name in QUICK:
+        of_run = sum(statement.run == name for statement in thesis.statements)
+        assert len(wrong_in(thesis, name, made[THESIS.runs[name]])) == of_run
+
+
 def test_there_are_thirty_false_statements():
     assert len({repr(statement) for statement in (*BEFORE, *NEW)}) == 30
 
@@ -127,13 +137,15 @@ def test_the_page_follows_the_answer_of_a_run(runs, monkeypatch):
     before = thesis_markdown(THESIS, runs)
     assert "| numbers of 44 that the test determines | 44 | **35** |" in before
     known = page.numbers_of
+    other = {"jacobian_rank": 36, "mass_kg": 9.1994}
 
     def changed(entry):
-        return {**known(entry), "jacobian_rank": 36} if entry.study == "identify" else known(entry)
+        return {**known(entry), **other} if entry.study == "identify" else known(entry)
 
     monkeypatch.setattr(page, "numbers_of", changed)
     after = thesis_markdown(THESIS, runs)
     assert "| numbers of 44 that the test determines | 44 | **36** |" in after
+    assert "| the mass rises from 6.8 to 7.2 kg in the fit | **9.1994** kg |" in after
     assert len(before) == len(after)
     assert "36" in thesis_report(THESIS, runs).html()
 
@@ -147,7 +159,7 @@ def test_the_command_writes_the_page_with_pictures_and_its_markdown(runs, tmp_pa
     html = written.read_text(encoding="utf-8")
     assert "Thesis, figure 53: inertance matrix (figure_53_inertance)." in html
     assert html.count("(stiffness_map_TSM).") == 2  # once as alt text
-    assert "Characteristic curves, static_*." in html
+    assert "shows it under Characteristic curves (static_*)." in html
     assert "It differs because" in html
     assert "`" not in html.partition("<body>")[2]
     text = (tmp_path / "thesis" / "thesis.md").read_text(encoding="utf-8")

@@ -66,7 +66,7 @@ def stiffness_arguments(variables=VARIABLES):
 def map_arguments(n=60):
     x = np.linspace(0.0, 700.0, n)
     y = 0.01 + np.linspace(0.0, 1.0, n) ** 2
-    corners = [(0.0, 0.01), (700.0, 0.01), (700.0, 1.01)]
+    outline = [0.0, 700.0], [0.01, 1.0], [[1.0, -1.0], [1.0, 1.0]]
     labels = {"x_label": "torque [N m]", "value_label": "|K| [N/mm]"}
     panels = [
         figures.PointMap(
@@ -77,7 +77,8 @@ def map_arguments(n=60):
             y_label="amplitude [mm]",
             amplitude=True,
             splits=[300.0],
-            outline=corners,
+            marks=[(100.0, 0.2)],
+            outline=outline,
             **labels,
         ),
         figures.PointMap("TSM y", x, 60 - y, x, y_label="frequency [Hz]", **labels),
@@ -219,6 +220,8 @@ def test_a_map_puts_small_amplitudes_above_and_marks_splits(drawn):
     assert not plain.yaxis_inverted()
     dashed = [line.get_xdata()[0] for line in amplitude.lines if line.get_linestyle() == "--"]
     assert dashed == [300.0]
+    marked = [line for line in amplitude.lines if line.get_marker() == "o"]
+    assert [(*line.get_xdata(), *line.get_ydata()) for line in marked] == [(100.0, 0.2)]
     colours = amplitude.collections[0].get_array()
     assert np.all(np.diff(colours) >= 0)  # large values lie above the others
 

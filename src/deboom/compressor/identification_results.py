@@ -123,10 +123,10 @@ class IdentifiedTest:
         return (*self.identification.test.input_files, *truth)
 
 
-def condition_at_100_hz(test: IdentifiedTest) -> float:
-    """Condition number of the inertance near 100 Hz, rotations times the radius of gyration [1]."""
-    nearest = int(np.argmin(np.abs(test.identification.inertance.frequency - 100.0)))
-    return float(condition_numbers(test.identification, test.identification.length)[nearest])
+def condition_at_100_hz(identification: Identification, length: float) -> float:
+    """Condition number of the inertance near 100 Hz, rotations times a length [m], as below [1]."""
+    nearest = int(np.argmin(np.abs(identification.inertance.frequency - 100.0)))
+    return float(condition_numbers(identification, length)[nearest])
 
 
 def condition_numbers(identification: Identification, length: float) -> RealArray:

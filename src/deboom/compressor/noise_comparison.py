@@ -20,8 +20,10 @@ MODES = (25.0, 35.0)
 """Around the rigid-body modes, where the thesis's synthesis fails; left out as it does [Hz]."""
 HOSE_BAND = (90.0, 140.0)
 """Where the thesis hears the hoses [Hz]."""
-RANKED = ((20.0, 80.0), HOSE_BAND)
-"""Bands of the ranking: the thesis hears no hoses in the first [Hz]."""
+QUIET_BAND = (20.0, 80.0)
+"""Where the thesis hears no hoses [Hz]."""
+RANKED = (QUIET_BAND, HOSE_BAND)
+"""Bands of the ranking [Hz]."""
 SAME_PRESSURE = 0.02
 
 
@@ -168,6 +170,12 @@ class DrawnCar:
         """Level of the energy in `HOSE_BAND` with hoses minus that without [dB]."""
         lines = in_band(self.frequency, HOSE_BAND)
         return float(energy_sum(self.with_hoses[lines]) - energy_sum(self.without_hoses[lines]))
+
+    @property
+    def changes_in_quiet_band(self) -> RealArray:
+        """Size of what hoses change at each line in `QUIET_BAND` [dB]."""
+        lines = in_band(self.frequency, QUIET_BAND)
+        return np.abs(self.with_hoses[lines] - self.without_hoses[lines])
 
 
 def ranking(noise: SweepNoise) -> pd.DataFrame:

@@ -227,17 +227,25 @@ class Unbalance(Tabled):
         return joined or bool(self.hose_alarms)
 
     @property
+    def mismatch_above(self) -> float:
+        """Static unbalance from y against that from z, rms above `AGREEMENT_ABOVE` [1]."""
+        above = np.concatenate(
+            [
+                sweep.static.mismatch[sweep.frequency > AGREEMENT_ABOVE]
+                for sweep in self.chosen.sweeps
+            ]
+        )
+        return float(np.sqrt(np.mean(above**2)))
+
+    @property
     def agreement(self) -> str:
         """How well y and z agree, and what that proves, in words."""
         result = self.chosen
-        above = np.concatenate(
-            [sweep.static.mismatch[sweep.frequency > AGREEMENT_ABOVE] for sweep in result.sweeps]
-        )
         gas = result.sources.gas[0].rotating
         lowest = min(float(sweep.frequency[0]) for sweep in result.sweeps)
         share = abs(gas.value) / (abs(result.sources.static.value) * (2 * np.pi * lowest) ** 2)
         return (
-            f"Static unbalance from y and from z agree to {np.sqrt(np.mean(above**2)):.1%} above "
+            f"Static unbalance from y and from z agree to {self.mismatch_above:.1%} above "
             f"{AGREEMENT_ABOVE:g} Hz. That is no proof: the rotating gas force of "
             f"{abs(gas.value):.3f} ± {gas.deviation:.3f} N passes the same check and makes up "
             f"{share:.0%} of the unbalance at {lowest:g} Hz; only that it does not grow with the "

@@ -276,12 +276,19 @@ def _transfer(report: Report, bench: CharacterisedBench) -> None:
         folded=True,
     )
     matrices = force_transfer_matrices(bench)
+    table = force_transfer_table(list(matrices.values()))
     report.table(
         "force_transfer",
-        force_transfer_table(list(matrices.values())),
+        table,
         "Mean over frequency and repeats. Deviations are relative to the matrix's column.",
     )
     if matrices:
+        report.number(
+            "force_transfer_change_percent",
+            float(table["largest change over frequency [%]"].max()),
+            "%",
+            "largest change of the force transfer over frequency",
+        )
         report.figure(
             "force_transfer",
             partial(transfer_panels, list(matrices.values())),

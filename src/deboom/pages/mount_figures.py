@@ -6,17 +6,19 @@ They are the thesis's figures 14, 18 to 25 and 26 to 32, drawn from tables that 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import ConvexHull, QhullError, cKDTree
+from scipy.spatial import cKDTree
 
 from deboom import plot
 from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.measurement.campaign import OperatingRun
 from deboom.measurement.force_transfer import ForceTransferMatrix
+from deboom.measurement.sensors import Sensor
 from deboom.mounts.characterised_bench import (
     THESIS_R2,
     CharacterisedBench,
@@ -24,7 +26,9 @@ from deboom.mounts.characterised_bench import (
     shown_run,
     usable_maps,
 )
+from deboom.mounts.measuring_chain import AlignmentEstimate, InstrumentedBody
 from deboom.mounts.operating_map import OperatingMap, Preload
+from deboom.mounts.piecewise_cubic import MARGIN, TrainingRegion
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.physics.order_tracking import rpm_of_frequency
@@ -38,16 +42,26 @@ SHOWN_POINTS = 400
 """Of a map; more hide each other, and each is a part of the page."""
 DIGITS = 6
 """Significant digits of a table line by line: a tenth of what noise leaves certain."""
+SPIKE, SHOWN_SHARE = 5.0, 0.95
+"""Widest interval over that share of a panel's, above which the scale is made for the share [1]."""
+GRID, FINE = 80, 400
+"""Lines of a grid that an outline is drawn on, and points of a curve that is bent."""
 DOTS = 60
 """Of a measured curve, so that the surface's line shows between them."""
+PRELOAD, DISPLACEMENT, FREQUENCY = "preload", "displacement", "frequency"
 AXES = "xyz"
 THESIS_FIGURES = {
-    "EnM": (" (thesis, figure 23)", " (figure 27)", " (figure 30)"),
-    "GeM": (" (thesis, figure 24)", " (figure 28)", " (figure 31)"),
-    "TSM": (" (thesis, figures 19, 21 and 25)", " (figure 29)", " (figure 32)"),
+    "EnM": (" (thesis, figure 23)", " (thesis, figure 23)", " (figure 27)", " (figure 30)"),
+    "GeM": (" (thesis, figure 24)", " (thesis, figure 24)", " (figure 28)", " (figure 31)"),
+    "TSM": (
+        " (thesis, figures 19, 21 and 25)",
+        " (thesis, figure 25)",
+        " (figure 29)",
+        " (figure 32)",
+    ),
 }
-"""Of a mount's maps, its stiffness over speed and its force over speed."""
-NO_FIGURES = ("", "", "")
+"""Of a mount's maps, those over frequency, its stiffness over speed and its force over speed."""
+NO_FIGURES = ("", "", "", "")
 """Of a mount that the thesis does not show."""
 
 
@@ -159,9 +173,10 @@ def append_maps(report: Report, bench: CharacterisedBench) -> None:
     report.section(
         "Maps of the dynamic stiffness",
         "What was measured, over preload, displacement amplitude and frequency (thesis, figures 19 "
-        "to 25), with the outline of the region and, dashed, where the pieces of a surface meet: "
-        "of its real part in |K| and Re K, of its imaginary part in phase and Im K. As in the "
-        "thesis, small amplitudes stand above; their scale is logarithmic.",
+        "to 25), with the outline of what runs came near to, within a tenth of the ranges: outside "
+        "of it no surface is to be used. Dashed: where the pieces of a surface meet, of its real "
+        "part in |K| and Re K, of its imaginary part in phase and Im K. As in the thesis, small "
+        "amplitudes stand above; their scale is logarithmic.",
         folded=True,
     )
     report.table("stiffness_lines", stiffness_lines(bench))
@@ -174,9 +189,15 @@ def append_maps(report: Report, bench: CharacterisedBench) -> None:
         directions = [usable[name] for name in names]
         report.figure(
             f"stiffness_map_{mount}",
-            partial(_mount_map, bench, directions),
+            partial(_mount_map, bench, directions, _QUANTITIES, DISPLACEMENT),
             f"{mount}: magnitude, phase, real and imaginary part of K over preload and "
             f"displacement{figures[0]}.{_thinned(directions)}",
+        )
+        report.figure(
+            f"frequency_map_{mount}",
+            partial(_mount_map, bench, directions, _QUANTITIES[2:], FREQUENCY),
+            f"{mount}: real and imaginary part of K over preload and frequency{figures[1]}."
+            f"{_thinned(directions)}",
         )
     main = max(bench.surfaces, key=lambda name: float(np.median(np.abs(usable[name].force))))
     report.figure(
@@ -191,7 +212,8 @@ def append_maps(report: Report, bench: CharacterisedBench) -> None:
         "puts the split where the error first exceeds 3 %; that point depends on noise and on the "
         "end from which one looks. Here every split is tried and the one that leaves least squares "
         "is taken, for real and imaginary part apart: a common one moved K by up to 73 % in a "
-        "direction that is hardly loaded. Points are coloured by displacement, which explains "
+        "direction that is hardly loaded. A cubic has one inflection point, so that two have up to "
+        "three, one of them where they meet. Points are coloured by displacement, which explains "
         "their scatter."
     )
     shown = [
@@ -204,7 +226,8 @@ def append_maps(report: Report, bench: CharacterisedBench) -> None:
             "splits",
             partial(_splits, bench, shown),
             "Re K over the static force of all directions, coloured by displacement; dashed: where "
-            f"the two pieces of the surface meet (thesis, figure 26).{_thinned(shown)}",
+            "the two pieces of the surface meet; red: its inflection points at the median "
+            f"displacement and frequency (thesis, figure 26).{_thinned(shown)}",
         )
 
 
@@ -214,7 +237,9 @@ def append_runs(report: Report, bench: CharacterisedBench, numbers: pd.DataFrame
     report.section(
         "Load cases over speed",
         f"Stiffness and force in the runs {cases} (thesis, figures 27 to 32): dots are measured, "
-        "lines the response surface with its 95 % interval.",
+        f"lines the response surface with its 95 % interval. Where an interval is {SPIKE:g} times "
+        f"as wide as {100 * SHOWN_SHARE:.0f} % of them, as where a direction hardly moves, those "
+        "beyond are cut, and the widest is named above the panel.",
         folded=True,
     )
     table = check_lines(bench)
@@ -223,8 +248,8 @@ def append_runs(report: Report, bench: CharacterisedBench, numbers: pd.DataFrame
     for mount in dict.fromkeys(name.rpartition(" ")[0] for name in bench.surfaces):
         figures = THESIS_FIGURES.get(mount, NO_FIGURES)
         for letter, unit, word, figure in (
-            ("K", "N/mm", "stiffness", figures[1]),
-            ("F", "N", "force", figures[2]),
+            ("K", "N/mm", "stiffness", figures[2]),
+            ("F", "N", "force", figures[3]),
         ):
             report.figure(
                 f"{word}_over_speed_{mount}",
@@ -236,12 +261,11 @@ def append_runs(report: Report, bench: CharacterisedBench, numbers: pd.DataFrame
 
 def append_sensors(report: Report, bench: CharacterisedBench) -> None:
     """Show what sensors measured beside what the motion of the rigid body gives for them."""
-    chains = bench.result.chains
-    body = next((c.alignment.body for c in chains if c.alignment.body.is_rigid_body), None)
-    if body is None or body.virtual_point is None:
+    chain = next((c for c in bench.result.chains if c.alignment.body.is_rigid_body), None)
+    if chain is None:
         return
     run = shown_run(bench)
-    table = rebuilt_accelerations(bench, run)
+    table = rebuilt_accelerations(chain.alignment.body, run)
     report.table("rebuilt_accelerations", table)
     report.figure(
         "rebuilt_accelerations",
@@ -250,31 +274,87 @@ def append_sensors(report: Report, bench: CharacterisedBench) -> None:
         "measured, and dashed rebuilt from the rigid motion of all sensors together (thesis, "
         "figure 14).",
     )
+    beside = motions_beside(chain, run)
+    columns = _speed(run)
+    for mount, (in_mount, near) in beside.items():
+        columns[f"{mount}, virtual point [m/s^2]"] = in_mount
+        columns |= {f"{mount}, sensor {name} [m/s^2]": moved for name, moved in near.items()}
+    report.table(
+        "motions_beside",
+        pd.DataFrame({label: significant(values) for label, values in columns.items()}),
+    )
+    report.figure(
+        "motions_beside",
+        partial(_beside, columns["engine speed [rpm]"], beside),
+        f"Acceleration along x in run {run.name}: in each mount, by the virtual point, and dashed "
+        "of the sensors beside it (thesis, figure 16). A stiffness from a sensor beside the mount "
+        "errs by what the two differ: on a body that pitches, one above the mount moves more than "
+        "the mount, one below it less, or the reverse.",
+    )
+    apart = [0.0]
+    for mount, (in_mount, near) in beside.items():
+        for sensor, moved in near.items():
+            apart.append(float(np.max(np.abs(in_mount - moved))))
+            report.number(
+                f"beside_error_percent_{mount}_x_{sensor}",
+                float(100 * np.median(in_mount / moved - 1)),
+                "%",
+                "error of |K| along x from a sensor beside the mount, median of a run's lines",
+            )
+    report.number(
+        "beside_difference_m_per_s2",
+        max(apart),
+        "m/s^2",
+        "largest difference of the accelerations in a mount and beside it, along x",
+    )
 
 
-def rebuilt_accelerations(bench: CharacterisedBench, run: OperatingRun) -> pd.DataFrame:
+def rebuilt_accelerations(body: InstrumentedBody, run: OperatingRun) -> pd.DataFrame:
     """List one sensor per mount over the lines of a run: measured and by the rigid motion."""
-    chain = next(c for c in bench.result.chains if c.alignment.body.is_rigid_body)
-    body = chain.alignment.body
     assert body.virtual_point is not None
     measured = run.acceleration.select(body.channels)
     rebuilt = body.virtual_point.reproject(measured.values)
-    first = {
-        s.mount: s for s in reversed(body.accelerometers) if set(s.channels) <= set(body.channels)
-    }
-    columns: dict[str, RealArray] = {
-        "engine speed [rpm]": np.asarray(rpm_of_frequency(run.frequency, run.order))
-    }
+    columns = _speed(run)
     for mount in dict.fromkeys(point.mount for point in body.points):
-        if mount not in first:
-            continue
-        for channel in first[mount].channels:
+        channels = (s.channels for s in _sensors_beside(body, mount))
+        for channel in next(channels, ()):
             place = measured.channels.index(channel)
             for part, of in (("Re", np.real), ("Im", np.imag)):
                 label = f"{part} {mount}, {channel}"
                 columns[f"{label} [m/s^2]"] = of(measured.values[:, place])
                 columns[f"{label}, rebuilt [m/s^2]"] = of(rebuilt[:, place])
     return pd.DataFrame({label: significant(values) for label, values in columns.items()})
+
+
+def motions_beside(
+    chain: AlignmentEstimate, run: OperatingRun
+) -> dict[str, tuple[RealArray, dict[str, RealArray]]]:
+    """Return amplitudes of the motion along x in each mount, and of the sensors beside it [m/s^2].
+
+    Each (f,), by the name of the mount; sensors by theirs. Of pieces of a mount the first.
+    """
+    body = chain.alignment.body
+    measured = run.acceleration.select(body.channels).values
+    motion = measured @ chain.alignment.motion_matrix(chain.mean).T
+    motions: dict[str, tuple[RealArray, dict[str, RealArray]]] = {}
+    for place, point in enumerate(body.points):
+        near = {}
+        for sensor in _sensors_beside(body, point.mount):
+            moved = sensor.orientation @ run.acceleration.select(sensor.channels).values.T
+            along = (point.along_mount(part)[0] for part in (moved.real, moved.imag))
+            near[sensor.name] = np.hypot(*along)
+        motions.setdefault(point.mount, (np.abs(motion[:, 3 * place]), near))
+    return motions
+
+
+def _speed(run: OperatingRun) -> dict[str, RealArray]:
+    return {"engine speed [rpm]": np.asarray(rpm_of_frequency(run.frequency, run.order))}
+
+
+def _sensors_beside(body: InstrumentedBody, mount: str) -> list[Sensor]:
+    """Return the sensors at a mount of which all channels are in use."""
+    used = set(body.channels)
+    return [s for s in body.accelerometers if s.mount == mount and used.issuperset(s.channels)]
 
 
 def transfer_panels(matrices: Sequence[ForceTransferMatrix]) -> plot.Figure:
@@ -338,14 +418,55 @@ def _has_force(measured: OperatingMap) -> bool:
     return bool(np.isfinite(measured.static_force).all())
 
 
-def _outline(x: RealArray, y: RealArray, *, amplitude: bool) -> RealArray | None:
-    """Corners of the convex hull of points as they are drawn; None where they lie on a line."""
-    points = np.column_stack([x, y])
-    drawn = np.column_stack([x, np.log(y) if amplitude else y])
-    try:
-        return points[ConvexHull(drawn / np.maximum(np.ptp(drawn, axis=0), 1e-300)).vertices]
-    except QhullError:
-        return None
+def outline(
+    x: RealArray, y: RealArray, *, amplitude: bool
+) -> tuple[RealArray, RealArray, RealArray]:
+    """Return a grid and a height that is above 0 where runs came near, as seen on a map.
+
+    A convex hull would enclose states that no run came near, where a surface is not to be used.
+    """
+    region = TrainingRegion.around(np.column_stack([x, y]))
+    span = np.where(region.upper > region.lower, region.upper - region.lower, 1.0)
+    lower, upper = region.lower - 2 * MARGIN * span, region.upper + 2 * MARGIN * span
+    across = np.linspace(lower[0], upper[0], GRID)
+    up = np.linspace(lower[1], upper[1], GRID)
+    if amplitude:
+        up = np.geomspace(max(lower[1], region.lower[1] / 2), upper[1], GRID)
+    grid = np.stack(np.meshgrid(across, up), axis=-1).reshape(-1, 2)
+    fractions = (grid - region.lower) / span
+    beyond = MARGIN + np.minimum(fractions, 1 - fractions).min(axis=1)
+    height = np.minimum(beyond, region.reach - region.distance(grid))
+    return across, up, height.reshape(GRID, GRID)
+
+
+def inflections(surface: DynamicStiffnessSurface, points: RealArray) -> list[tuple[float, float]]:
+    """Return preload and Re K [N/m] where the curvature of a surface changes its sign.
+
+    - `points` (n, 3): of the lines that it was fitted to. The preload runs over their range, at
+      their median amplitude and frequency, where the surface may be used.
+
+    Where two pieces blend, the bends are those of the blending: a change across counts once.
+    """
+    path = np.tile(np.median(points, axis=0), (FINE, 1))
+    path[:, 0] = preload = np.linspace(points[:, 0].min(), points[:, 0].max(), FINE)
+    stiffness = surface.predict(path, extrapolate=True).real
+    bend = np.gradient(np.gradient(stiffness, preload), preload)
+    clear = surface.supported(path)
+    for split in surface.real_.split_points_:
+        clear &= np.abs(preload - split) > surface.real_.blend_width_
+    kept = np.flatnonzero(clear)
+    changes = np.flatnonzero(np.diff(bend[kept] > 0))
+    middle = (kept[changes] + kept[changes + 1]) // 2
+    return [(float(preload[k]), float(stiffness[k])) for k in middle]
+
+
+def _variables(bench: CharacterisedBench, lines: OperatingMap) -> dict[str, tuple[RealArray, str]]:
+    """Return values and label of the three variables of a stiffness."""
+    return {
+        PRELOAD: _preload(bench, lines),
+        DISPLACEMENT: (lines.amplitude * MM, "displacement [mm]"),
+        FREQUENCY: (lines.frequency, "frequency [Hz]"),
+    }
 
 
 def _preload(bench: CharacterisedBench, measured: OperatingMap) -> tuple[RealArray, str]:
@@ -354,12 +475,25 @@ def _preload(bench: CharacterisedBench, measured: OperatingMap) -> tuple[RealArr
     return measured.preload(variable), f"{name} [{variable.unit}]"
 
 
+def _static_force(
+    bench: CharacterisedBench, measured: OperatingMap, preloads: Sequence[float]
+) -> list[float]:
+    """Return the static force [N] that goes with preloads: the median of the nearest 2 %."""
+    preload = _preload(bench, measured)[0]
+    count = max(1, len(measured) // 50)
+    nearest = (np.argsort(np.abs(preload - at), kind="stable")[:count] for at in preloads)
+    return [float(np.median(measured.static_force[lines])) for lines in nearest]
+
+
 def _split_points(bench: CharacterisedBench, measured: OperatingMap, part: str) -> list[float]:
     surface = bench.surfaces[measured.name]
     return [float(point) for point in getattr(surface, f"{part}_").split_points_]
 
 
-_QUANTITIES = (
+Quantity: TypeAlias = tuple[str, str, str, Callable[[ComplexArray], RealArray]]
+"""Name and unit, the part of the surface whose splits are drawn, and what it is of K [N/m]."""
+
+_QUANTITIES: tuple[Quantity, ...] = (
     ("|K|", "N/mm", "real", lambda k: np.abs(k) * N_PER_MM),
     ("phase of K", "deg", "imag", lambda k: np.degrees(np.angle(k))),
     ("Re K", "N/mm", "real", lambda k: k.real * N_PER_MM),
@@ -367,64 +501,52 @@ _QUANTITIES = (
 )
 
 
-def _mount_map(bench: CharacterisedBench, directions: Sequence[OperatingMap]) -> plot.Figure:
-    """Draw magnitude, phase, real and imaginary part, a column per direction."""
-    columns = []
-    for every in directions:
-        few = _few(every)
-        x, label = _preload(bench, few)
-        amplitude = few.amplitude * MM
-        outline = _outline(_preload(bench, every)[0], every.amplitude * MM, amplitude=True)
-        columns.append(
-            [
-                PointMap(
-                    title=f"{quantity}, {every.name}",
-                    x=x,
-                    y=amplitude,
-                    value=of(few.stiffness),
-                    x_label=label,
-                    y_label="displacement [mm]",
-                    value_label=f"[{unit}]",
-                    splits=_split_points(bench, every, part),
-                    outline=outline,
-                    amplitude=True,
-                )
-                for quantity, unit, part, of in _QUANTITIES
-            ]
+def _maps(
+    bench: CharacterisedBench,
+    every: OperatingMap,
+    quantities: Sequence[Quantity],
+    pairs: Sequence[tuple[str, str]],
+) -> list[PointMap]:
+    """Map quantities of a direction over pairs of its variables."""
+    few = _few(every)
+    shown, full = _variables(bench, few), _variables(bench, every)
+    outlines = {
+        (x, y): outline(full[x][0], full[y][0], amplitude=y == DISPLACEMENT) for x, y in pairs
+    }
+    return [
+        PointMap(
+            title=f"{quantity}, {every.name}",
+            x=shown[x][0],
+            y=shown[y][0],
+            value=of(few.stiffness),
+            x_label=shown[x][1],
+            y_label=shown[y][1],
+            value_label=f"[{unit}]",
+            splits=_split_points(bench, every, part) if x == PRELOAD else [],
+            outline=outlines[x, y],
+            amplitude=y == DISPLACEMENT,
         )
+        for quantity, unit, part, of in quantities
+        for x, y in pairs
+    ]
+
+
+def _mount_map(
+    bench: CharacterisedBench,
+    directions: Sequence[OperatingMap],
+    quantities: Sequence[Quantity],
+    over: str,
+) -> plot.Figure:
+    """Draw quantities over preload and another variable, a column per direction."""
+    columns = [_maps(bench, every, quantities, [(PRELOAD, over)]) for every in directions]
     maps = [panel for row in zip(*columns, strict=True) for panel in row]
     return plot.point_maps(maps, columns=len(columns) if len(columns) > 1 else 2)
 
 
 def _dependence(bench: CharacterisedBench, every: OperatingMap) -> plot.Figure:
     """Magnitude and phase of one direction over each pair of variables."""
-    few = _few(every)
-    x, label = _preload(bench, few)
-    amplitude, amplitude_label = few.amplitude * MM, "displacement [mm]"
-    pairs = (
-        (x, label, amplitude, amplitude_label, True),
-        (x, label, few.frequency, "frequency [Hz]", False),
-        (few.frequency, "frequency [Hz]", amplitude, amplitude_label, True),
-    )
-    maps = []
-    for quantity, unit, part, of in _QUANTITIES[:2]:
-        for across, across_label, up, up_label, down in pairs:
-            splits = _split_points(bench, every, part) if across is x else []
-            maps.append(
-                PointMap(
-                    title=f"{quantity}, {every.name}",
-                    x=across,
-                    y=up,
-                    value=of(few.stiffness),
-                    x_label=across_label,
-                    y_label=up_label,
-                    value_label=f"[{unit}]",
-                    splits=splits,
-                    outline=_outline(across, up, amplitude=down),
-                    amplitude=down,
-                )
-            )
-    return plot.point_maps(maps, columns=3)
+    pairs = [(PRELOAD, DISPLACEMENT), (PRELOAD, FREQUENCY), (FREQUENCY, DISPLACEMENT)]
+    return plot.point_maps(_maps(bench, every, _QUANTITIES[:2], pairs), columns=3)
 
 
 def _splits(bench: CharacterisedBench, directions: Sequence[OperatingMap]) -> plot.Figure:
@@ -432,11 +554,9 @@ def _splits(bench: CharacterisedBench, directions: Sequence[OperatingMap]) -> pl
     maps = []
     for every in directions:
         few = _few(every)
-        splits = []
-        for point in _split_points(bench, every, "real"):
-            preload = _preload(bench, every)[0]
-            near = np.argsort(np.abs(preload - point), kind="stable")[: max(1, len(every) // 50)]
-            splits.append(float(np.median(every.static_force[near])))
+        points = every.points(bench.result.options.preload)
+        bends = inflections(bench.surfaces[every.name], points)
+        forces = _static_force(bench, every, [preload for preload, _ in bends])
         maps.append(
             PointMap(
                 title=every.name,
@@ -446,7 +566,8 @@ def _splits(bench: CharacterisedBench, directions: Sequence[OperatingMap]) -> pl
                 x_label="static force [N]",
                 y_label="Re K [N/mm]",
                 value_label="displacement [mm]",
-                splits=splits,
+                splits=_static_force(bench, every, _split_points(bench, every, "real")),
+                marks=[(f, k * N_PER_MM) for f, (_, k) in zip(forces, bends, strict=True)],
             )
         )
     return plot.point_maps(maps, columns=3)
@@ -486,15 +607,16 @@ def _over_speed(
                     points[run] = (dots["engine speed [rpm]"].to_numpy(), measured)
             if abscissa is None:
                 continue
-            narrow = _narrow(ranges, points)
+            r2 = _r2_note(numbers, name, letter, column)
+            shown, spike = without_spikes(abscissa, curves, _narrow(ranges, points))
             panels.append(
                 CurvePanel(
                     f"{part} {letter}, {name}",
                     abscissa,
                     curves,
                     points,
-                    narrow,
-                    note=_r2_note(numbers, name, letter, column),
+                    shown,
+                    note="; ".join(filter(None, (r2, spike))),
                 )
             )
     return plot.curve_panels(
@@ -515,6 +637,25 @@ def _narrow(
     seen = np.concatenate([values for _, values in points.values()])
     widest = max(float(np.median(high - low)) for low, high in ranges.values())
     return ranges if widest < 3 * max(float(np.ptp(seen)), 1e-300) else {}
+
+
+def without_spikes(
+    speed: RealArray,
+    curves: Mapping[str, RealArray],
+    ranges: Mapping[str, tuple[RealArray, RealArray]],
+) -> tuple[dict[str, tuple[RealArray, RealArray]], str]:
+    """Cut intervals of single lines that would hide all others, and name the widest."""
+    if not ranges:
+        return {}, ""
+    halves = {run: (high - low) / 2 for run, (low, high) in ranges.items()}
+    most = float(np.quantile(np.concatenate([*halves.values()]), SHOWN_SHARE))
+    widest = max(halves, key=lambda run: float(halves[run].max()))
+    size, at = float(halves[widest].max()), speed[int(halves[widest].argmax())]
+    if size <= SPIKE * most:
+        return dict(ranges), ""
+    cut = {run: np.minimum(half, most) for run, half in halves.items()}
+    shown = {run: (curves[run] - half, curves[run] + half) for run, half in cut.items()}
+    return shown, f"band to ± {size:.0f} at {at:.0f} rpm"
 
 
 def _r2_note(numbers: pd.DataFrame, name: str, letter: str, column: str) -> str:
@@ -547,6 +688,28 @@ def _why_r2(bench: CharacterisedBench, numbers: pd.DataFrame) -> str:
         "Im K of these directions is small and hardly changes from line to line, so that noise is "
         "a good part of its variance, and a direction that hardly moves has errors besides that no "
         "surface follows. The interval beside the lines says how far to believe them."
+    )
+
+
+def _beside(
+    speed: RealArray, beside: Mapping[str, tuple[RealArray, Mapping[str, RealArray]]]
+) -> plot.Figure:
+    names = [f"sensor {k}" for k in range(1, 1 + max(len(near) for _, near in beside.values()))]
+    panels = [
+        CurvePanel(
+            mount,
+            speed,
+            {"virtual point": in_mount} | dict(zip(names, near.values(), strict=False)),
+            note=", ".join(near),
+        )
+        for mount, (in_mount, near) in beside.items()
+    ]
+    return plot.curve_panels(
+        panels,
+        x_label="engine speed [rpm]",
+        y_label="|a| along x [m/s²]",
+        columns=min(3, len(panels)),
+        dashed=names,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from deboom.measurement.channels import Band
 from deboom.measurement.uncertainty import LevelSpread
 from deboom.pages.modal import append_modes
 from deboom.plot import CurvePanel
-from deboom.plot.style import INK, VEHICLE_PALETTE, mount_colours
+from deboom.plot.style import INK, VEHICLE_PALETTE
 from deboom.report import Report, Step, Table
 from deboom.report.tables import split_label
 from deboom.vehicles.path_analysis import paths_by_axis
@@ -31,6 +32,7 @@ from deboom.vehicles.synthesis import (
     ON_ROAD,
     ON_ROAD_AS_TESTED,
     ON_ROAD_BLOCKED,
+    OTHER_PATHS,
     PEAK,
     DesignMotion,
     DrivenVehicles,
@@ -191,6 +193,31 @@ def _headlines(report: Report, result: Validation, comparisons: pd.DataFrame) ->
         "dB",
         "90 % of the lines of the vehicles shown: level synthesised minus measured, at most",
     )
+    where, most = _worst_band(band_errors(result))
+    report.number(
+        "band_error_db", most, "dB", "median error of the lines in the worst 10 Hz of a vehicle"
+    )
+    report.number("band_of_largest_error", where, "", "vehicle and band of the largest error")
+    surfaces = comparisons[comparisons["comparison"] == BY_SURFACES]
+    report.number(
+        "surfaces_peak_db",
+        float(surfaces[PEAK].max()),
+        "dB",
+        "largest deviation of a booming peak by the surfaces' forces from the measured forces'",
+    )
+    shares = [
+        _structure_borne(road.causes[OTHER_PATHS])
+        for road in result.roads
+        if OTHER_PATHS in road.causes
+    ]
+    if shares:
+        report.number(
+            "structure_borne_percent",
+            float(100 * np.median(np.concatenate(shares))),
+            "%",
+            "share of the sound at the ear that comes through the mounts, median of the lines, "
+            "where the truth is known",
+        )
     hammer = comparisons[comparisons["comparison"] == BY_HAMMER]
     report.number(
         "hammer_peak_db",
@@ -215,6 +242,12 @@ def _headlines(report: Report, result: Validation, comparisons: pd.DataFrame) ->
     agreement = () if truth is None else np.diag(modes.mac(truth))
     for n, mac in enumerate(agreement, 1):
         report.number(f"mode_{n}_mac", float(mac), "1", "MAC of the mode against the true shape")
+
+
+def _structure_borne(heard: PressureComparison) -> RealArray:
+    """Return how much of the sound at the ear comes through the mounts, per line [1]."""
+    through, beside = np.abs(heard.compared), np.abs(heard.reference - heard.compared)
+    return np.asarray(through / (through + beside))
 
 
 def _facts(report: Report, result: Validation) -> None:
@@ -273,6 +306,8 @@ def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None
         "figure 36).",
     )
     heard = result.shown[0].comparisons[ON_ROAD]
+    bands = band_errors(result)
+    where, most = _worst_band(bands)
     report.figure(
         "synthesis_error",
         lambda: plot.curve_panels(
@@ -282,7 +317,13 @@ def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None
             y_label="synthesised minus measured [dB]",
         ),
         "Error of the synthesis over frequency (thesis, figure 37). It is largest in notches, "
-        "where nobody hears it, and beside peaks that lie at another frequency.",
+        "where nobody hears it, and beside peaks that lie at another frequency; over a band in "
+        f"{where}: {most:.1f} dB in the median line.",
+    )
+    report.table(
+        "synthesis_error",
+        bands,
+        "Median error of the lines, without sign, in bands of 10 Hz.",
     )
     road = comparisons[comparisons["comparison"] == ON_ROAD]
     report.table(
@@ -307,6 +348,31 @@ def _errors(result: Validation) -> dict[str, RealArray]:
         measured, synthesised = synthesis.comparisons[ON_ROAD].levels
         errors[synthesis.driven.vehicle.name] = synthesised - measured
     return errors
+
+
+def band_errors(result: Validation) -> pd.DataFrame:
+    """Find the median of the error without sign in each band of 10 Hz, a row per vehicle [dB]."""
+    frequency = result.shown[0].comparisons[ON_ROAD].frequency
+    low, high = result.listening.band
+    edges = np.append(np.arange(low, high, 10.0), high)
+    band_of = np.clip(np.searchsorted(edges, frequency, side="right") - 1, 0, len(edges) - 2)
+    columns = {
+        f"{start:g} to {end:g} Hz [dB]": band_of == n
+        for n, (start, end) in enumerate(pairwise(edges))
+    }
+    rows = {
+        vehicle: {name: np.median(np.abs(error[lines])) for name, lines in columns.items()}
+        for vehicle, error in _errors(result).items()
+    }
+    return pd.DataFrame.from_dict(rows, orient="index").rename_axis("vehicle").reset_index()
+
+
+def _worst_band(bands: pd.DataFrame) -> tuple[str, float]:
+    """Return vehicle with band, in words, and size of the largest error [dB]."""
+    sizes = bands.set_index("vehicle").to_numpy(dtype=float)
+    row, column = divmod(int(sizes.argmax()), sizes.shape[1])
+    band, _ = split_label(str(bands.columns[1 + column]))
+    return f"{bands['vehicle'].iloc[row]}, {band}", float(sizes.max())
 
 
 def _car(report: Report, result: Validation) -> None:
@@ -406,8 +472,9 @@ def _functions(report: Report, result: Validation) -> None:
     report.figure(
         "contributions",
         lambda: _contributions(first, result.listening.band),
-        f"{first.driven.title}: partial sums per mount along x, and of all paths across (thesis, "
-        "figure 42). Groups 45 dB below the loudest line are left out.",
+        f"{first.driven.title}: partial sums per mount along x, of all paths across, and their "
+        "sum, by both methods (thesis, figure 42). A mount that is louder than the sum is "
+        f"cancelled by others. Groups {DEPTH:g} dB below the loudest line are left out.",
     )
     report.table(
         "contributions",
@@ -622,29 +689,29 @@ def _points(peaks: list[BoomingPeak]) -> tuple[RealArray, RealArray]:
 
 
 def _contributions(first: Synthesis, band: Band) -> Drawing:
-    """Partial sums with reciprocal and with hammer functions: along x each, across by axis."""
+    """Draw partial sums along x each, across by axis, and their sum, by both methods each."""
     frequency = first.reciprocal.frequency
     inside = (frequency >= band[0]) & (frequency <= band[1])
     panels = []
-    names: tuple[str, ...] = ()
-    for label, paths in ((RECIPROCAL, first.reciprocal), (HAMMER, first.hammer)):
-        by_axis = paths_by_axis(paths.paths)
-        groups = {name: [name] for name in by_axis.get("x", ())}
-        groups |= {f"all {axis}": [*of] for axis, of in by_axis.items() if axis != "x"}
-        grouped = paths.grouped(groups)
-        names = grouped.paths
-        loudest = grouped.level[inside].max()
-        curves = {ALL_PATHS: grouped.level[inside]} | {
-            name: level
-            for name, level in zip(names, grouped.path_levels[inside].T, strict=True)
-            if level.max() > loudest - DEPTH
-        }
-        panels.append(CurvePanel(f"{first.driven.title}, {label}", frequency[inside], curves))
+    by_axis = paths_by_axis(first.reciprocal.paths)
+    groups = {name: [name] for name in by_axis.get("x", ())}
+    groups |= {f"all {axis}": [*of] for axis, of in by_axis.items() if axis != "x"}
+    reciprocal, hammer = first.reciprocal.grouped(groups), first.hammer.grouped(groups)
+    pairs = {ALL_PATHS: (reciprocal.level, hammer.level)}
+    columns = zip(reciprocal.path_levels.T, hammer.path_levels.T, strict=True)
+    pairs |= dict(zip(reciprocal.paths, columns, strict=True))
+    loudest = reciprocal.level[inside].max()
+    for name, levels in pairs.items():
+        seen = [level[inside] for level in levels]
+        if max(level.max() for level in seen) > loudest - DEPTH:
+            methods = dict(zip((RECIPROCAL, HAMMER), seen, strict=True))
+            panels.append(CurvePanel(name, frequency[inside], methods))
     return plot.curve_panels(
         panels,
         order=first.comparisons[ON_ROAD].order,
         y_label=LEVEL,
-        colours=mount_colours(names) | {ALL_PATHS: INK},
-        columns=1,
+        colours={RECIPROCAL: INK, HAMMER: VEHICLE_PALETTE[1]},
+        dashed=(HAMMER,),
+        columns=2,
         depth=DEPTH,
     )

@@ -23,7 +23,7 @@ PREFACE = (
     "numbers of the runs beside those that the thesis prints. Equations have their own pages, with "
     "the form used, the function and the proof. The command draws the figure or table. The report "
     "has it under the heading in italics, the run folder under the file name given (figures as "
-    "PNG). A star stands for the name of a mount, an axis or a vehicle. *Schematic* is a drawing "
+    "PNG). A star stands for the name of an axis. *Schematic* is a drawing "
     "that shows no result; what it explains is named with it. `deboom thesis` runs all commands "
     "and writes this page, also with the pictures."
 )
@@ -31,11 +31,16 @@ MISPRINTS = (
     "What the thesis prints and cannot mean, beside its equations, whose misprints stand with "
     "them. A test holds what has one."
 )
+STATEMENTS = (
+    "What the thesis says in numbers of its own results and of the cars that it measured, and the "
+    "same here."
+)
 PIPE = "\\|"
 """A bar in a cell of a Markdown table."""
 NOT_KNOWN = "not known"
 FIGURES = "figures/{}.png"
-_LINK = re.compile(r"\[([^\]]+)\]\([^)]+\)")
+_LINK = re.compile(r"\[([^\]]+)\]\(([^)#]+)[^)]*\)")
+_BRACES = re.compile(r"\{([^{}]+)\}")
 _MARKED = re.compile(r"`([^`]*)`|\*([^*`]+)\*")
 
 
@@ -83,11 +88,32 @@ class Misprint(StrictModel):
     proof: str = ""
 
 
+class Statement(StrictModel):
+    """What the thesis states in numbers, and the same here.
+
+    - `place`: section; `printed`: in the thesis.
+    - `here`: the same in words, with keys of the answer of a command, `run`, in braces.
+    - `differs`: completes "It differs because …".
+    """
+
+    place: str
+    printed: str
+    run: str
+    here: str
+    differs: str = ""
+
+    @property
+    def keys(self) -> list[str]:
+        """Keys of the numbers in `here`."""
+        return _BRACES.findall(self.here)
+
+
 class Thesis(StrictModel):
-    """Commands by their names, chapters, and misprints."""
+    """Commands by their names, chapters, statements and misprints."""
 
     runs: dict[str, str]
     chapters: Several[Chapter]
+    statements: Several[Statement]
     misprints: Several[Misprint]
 
 
@@ -120,8 +146,13 @@ def thesis_report(thesis: Thesis, runs: Mapping[str, RunEntry]) -> Report:
         numbers = _numbers(chapter.items, runs)
         if len(numbers):
             report.table(None, numbers, "The thesis's numbers and those of the runs.")
+    report.section(f"{len(thesis.statements)} statements in numbers", STATEMENTS)
+    report.table(None, _statements(thesis, runs), "Statements of the thesis, and the same here.")
     report.section("Misprints", MISPRINTS)
-    report.table(None, _misprints(thesis), "Corrected misprints.")
+    misprints = _misprints(thesis)
+    tested = misprints["proof"].ne("").map({True: "yes", False: ""})
+    misprints = misprints.drop(columns="proof").assign(tested=tested)
+    report.table(None, misprints, "Corrected misprints; docs/thesis.md names their tests.")
     return report
 
 
@@ -134,6 +165,9 @@ def thesis_markdown(thesis: Thesis, runs: Mapping[str, RunEntry]) -> str:
         if len(numbers):
             numbers["here"] = "**" + numbers["here"] + "**"
             lines += ["", *_markdown(numbers)]
+    statements = _statements(thesis, runs, mark="**")
+    heading = f"## {len(statements)} statements in numbers"
+    lines += ["", heading, "", *_wrapped(STATEMENTS), "", *_markdown(statements)]
     misprints = _misprints(thesis).replace({"proof": {r"^(?=.)|(?<=.)$": "`"}}, regex=True)
     lines += ["", "## Misprints", "", *_wrapped(MISPRINTS), "", *_markdown(misprints)]
     return "\n".join(lines) + "\n"
@@ -166,11 +200,19 @@ def _place(item: Item) -> str:
 
 def _paragraph(thesis: Thesis, item: Item) -> str:
     """Say what an item is, what shows it and why it differs, as Markdown."""
-    command = f" {thesis.runs[item.run]}:" if item.run else ""
-    code = ", ".join(item.code)
-    shown = "; ".join(filter(None, (_place(item), code)))
-    words = f"{_capital(item.name)}: {item.subject}.{command} {shown}."
-    return f"{words} It differs because {item.differs}." if item.differs else words
+    sentences = [f"{_capital(item.name)}: {item.subject}"]
+    if item.schematic:
+        sentences.append("It is schematic")
+    if item.sections:
+        headings, files = " and ".join(item.sections), ", ".join(item.files)
+        sentences.append(f"{thesis.runs[item.run]} shows it under {headings} ({files})")
+    if item.see:
+        sentences.append(_capital(item.see))
+    if item.code:
+        sentences.append(f"See {', '.join(item.code)}")
+    if item.differs:
+        sentences.append(f"It differs because {item.differs}")
+    return ". ".join(sentences) + "."
 
 
 def _numbers(items: Sequence[Item], runs: Mapping[str, RunEntry]) -> pd.DataFrame:
@@ -184,6 +226,27 @@ def _numbers(items: Sequence[Item], runs: Mapping[str, RunEntry]) -> pd.DataFram
         }
         for item in items
         for number in item.numbers
+    ]
+    return pd.DataFrame(rows)
+
+
+def _statements(thesis: Thesis, runs: Mapping[str, RunEntry], mark: str = "") -> pd.DataFrame:
+    """Put statements beside what runs say, with a mark on both sides of each number of a run."""
+
+    def filled(statement: Statement) -> str:
+        numbers = numbers_of(runs[statement.run])
+        return _BRACES.sub(
+            lambda key: f"{mark}{_written(numbers.get(key[1]))}{mark}", statement.here
+        )
+
+    rows = [
+        {
+            "where": statement.place,
+            "the thesis": statement.printed,
+            "here": filled(statement),
+            "differs because": statement.differs,
+        }
+        for statement in thesis.statements
     ]
     return pd.DataFrame(rows)
 
@@ -219,8 +282,8 @@ def _wrapped(text: str) -> list[str]:
 
 
 def _plain(markdown: str) -> str:
-    """Leave out the marks of Markdown; a star inside of code is a star."""
-    return _MARKED.sub(r"\1\2", _LINK.sub(r"\1", markdown))
+    """Leave out the marks of Markdown, and name linked files; a star inside of code is a star."""
+    return _MARKED.sub(r"\1\2", _LINK.sub(r"\1 (docs/\2)", markdown))
 
 
 def _capital(text: str) -> str:

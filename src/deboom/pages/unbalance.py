@@ -83,6 +83,12 @@ def unbalance_report(
         "g mm²",
         "standard deviation of the dynamic unbalance",
     )
+    report.number(
+        "y_z_mismatch_percent",
+        100 * evaluation.mismatch_above,
+        "%",
+        "static unbalance from y against that from z, rms of the lines above 50 Hz",
+    )
     report.number("route", chosen.route.letter, "", "route of identification that counts")
     report.number(
         "sense", evaluation.sense.sense.name.lower(), "", "sense in which the rotor turns"

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 _ENDS = (1.0, 99.0)  # percentiles at the ends of a colour scale
 _PANEL_HEIGHT = {1: 3.0, 2: 2.4, 3: 1.9, 4: 1.7}  # in, by the number of columns
 _DOT = 5.0  # pt²
+_MARKED = "#D55E00"
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +31,9 @@ class PointMap:
     - `x`, `y`, `value` (n,): coordinates and colour of each point [units of the labels].
     - `x_label`, `y_label`, `value_label`: with units.
     - `splits`: abscissae that are marked, such as where pieces of a model meet.
-    - `outline` (k, 2), optional: corners of the region in which points lie.
+    - `marks`: points that are marked, such as inflection points: abscissa and ordinate of each.
+    - `outline`, optional: abscissae (m,), ordinates (k,) and a height (k, m) that is above 0 within
+      the region to be outlined, which may have holes.
     - `rays`: label → slope of a dashed line through the origin, such as an order.
     - `amplitude`: whether the ordinate is an amplitude: logarithmic, and growing downwards.
     """
@@ -43,7 +46,8 @@ class PointMap:
     y_label: str
     value_label: str
     splits: Sequence[float] = ()
-    outline: npt.ArrayLike | None = None
+    marks: Sequence[tuple[float, float]] = ()
+    outline: tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike] | None = None
     amplitude: bool = False
     rays: Mapping[str, float] = field(default_factory=dict)
 
@@ -79,8 +83,10 @@ def point_maps(maps: Sequence[PointMap], *, columns: int = 3) -> Figure:
             x, y, value = (data[name][order] for name in ("x", "y", "value"))
             points = axes.scatter(x, y, c=value, s=_DOT, lw=0, cmap="viridis", vmin=low, vmax=high)
             if shown.outline is not None:
-                corners = finite("point_maps", {"outline": shown.outline})["outline"]
-                axes.plot(*np.vstack([corners, corners[:1]]).T, color=MUTED, lw=0.7)
+                axes.contour(*shown.outline, levels=[0.0], colors=MUTED, linewidths=0.7)
+            if shown.marks:
+                across, up = zip(*shown.marks, strict=True)
+                axes.plot(across, up, "o", color=_MARKED, ms=4.5, mec="white", mew=0.6)
             for split in shown.splits:
                 axes.axvline(split, color=INK, lw=1.0, ls="--")
             _rays(axes, shown.rays)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.plot.style import (
+    DPI,
     FULL_WIDTH,
     INK,
     MUTED,
@@ -120,6 +121,8 @@ _MOST_NAMES = 40
 
 N_FRAMES = 12
 _PANEL_LENGTH = 0.45
+_SEEN = 0.1
+"""Part of a panel's normal in the plane of a view from which its edge is drawn [1]."""
 _MARGIN = 0.4
 """Around the points, for what moves [m]."""
 _VIEWS = (("x", "z", "side view"), ("y", "z", "front view"))
@@ -166,7 +169,7 @@ def mode_shapes(body: BodyMotion) -> bytes:
             names += drawing.at_rest(axes, view, named=mode == 0)
             if view == 0:
                 axes.set_title(body.titles[mode], loc="left", fontsize=8.0)
-        figure.set_dpi(100)
+        figure.set_dpi(DPI)
         agg = FigureCanvasAgg(figure)
         agg.draw()
         at_rest = agg.copy_from_bbox(figure.bbox)  # drawn once, under every frame
@@ -246,18 +249,16 @@ class _Drawing:
         plane = _plane(view)
         centre = shown.mean(axis=0)
         names = []
-        for label, position, is_panel in zip(
-            self.labels, self.positions, self.is_panel, strict=True
-        ):
-            if is_panel != (view == 0):
+        for place, (label, is_panel) in enumerate(zip(self.labels, self.is_panel, strict=True)):
+            if is_panel != (view == 0) or (is_panel and self._is_flat(place, view)):
                 continue
-            place = position[plane]
-            away = place - centre
+            at = self.positions[place][plane]
+            away = at - centre
             away /= max(float(np.linalg.norm(away)), 1e-12)
             names.append(
                 axes.annotate(
                     label,
-                    tuple(place),
+                    tuple(at),
                     xytext=tuple(_NAME_AWAY * away),
                     textcoords="offset points",
                     ha="center",
@@ -288,14 +289,17 @@ class _Drawing:
             )
         ]
         for place in np.flatnonzero(self.is_panel & (view == 0)):
+            if self._is_flat(int(place), view):
+                continue
             normal = self.normals[place][plane]
-            length = float(np.linalg.norm(normal))
-            if length < 0.1:
-                continue  # seen flat: neither its edge nor its motion shows
-            along = np.array([-normal[1], normal[0]]) / length * _PANEL_LENGTH / 2
+            along = np.array([-normal[1], normal[0]]) / np.linalg.norm(normal) * _PANEL_LENGTH / 2
             ends = np.stack([points[place][plane] - along, points[place][plane] + along])
             drawn += axes.plot(*ends.T, color=colour, lw=width + 0.6, ls=style)
         return drawn
+
+    def _is_flat(self, place: int, view: int) -> bool:
+        """Say whether a view shows neither the edge of a panel nor its motion."""
+        return bool(np.linalg.norm(self.normals[place][_plane(view)]) < _SEEN)
 
 
 def _plane(view: int) -> list[int]:

@@ -161,7 +161,7 @@ def append_maps(report: Report, bench: CharacterisedBench) -> None:
         "What was measured, over preload, displacement amplitude and frequency (thesis, figures 19 "
         "to 25), with the outline of the region and, dashed, where the pieces of a surface meet: "
         "of its real part in |K| and Re K, of its imaginary part in phase and Im K. As in the "
-        "thesis, small amplitudes stand above; their scale is logarithmic.",
+        "thesis, small amplitudes are at the top; their scale is logarithmic.",
         folded=True,
     )
     report.table("stiffness_lines", stiffness_lines(bench))

@@ -99,6 +99,17 @@ def test_a_slider_moves_by_key_and_the_verdict_is_said_when_it_is_let_go(page):
     assert page.value("document.getElementById('live-again').disabled")
 
 
+def test_every_text_stands_out_from_what_lies_behind_it(page):
+    texts, low = page.contrasts()
+    assert texts > 100
+    assert low == []
+    page.value("document.getElementById('live-title').style.color = '#bbbbbb'")
+    page.value("document.querySelector('#live-curves svg text').style.fill = 'rgb(0 0 0 / 40%)'")
+    _, low = page.contrasts()
+    # the ratio of #bbbbbb and of 40 % black to white, by WCAG's formula
+    assert [round(text["ratio"], 2) for text in low] == [1.92, 2.85]
+
+
 def test_the_address_keeps_the_design_and_refuses_one_of_other_variables(page, path):
     page.focus(slider("EnM z"))
     page.key("End")

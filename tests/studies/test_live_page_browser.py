@@ -249,6 +249,17 @@ def test_the_live_part_needs_no_scrolling_and_a_phone_none_sideways(page):
         assert page.value("document.documentElement.scrollWidth") == width
 
 
+def test_on_a_phone_two_screens_show_verdicts_sliders_curves_and_what_a_tenth_does(page, path):
+    page.open(path, width=400, height=900)
+    fresh(page)
+    page.value("document.querySelector('#live-groups input[value=all]').click()")
+    fresh(page)
+    parts = ("#live-cards", "#live-sliders", "#live-curves", "#live-tornado")
+    below = "document.querySelector('{}').getBoundingClientRect().bottom"
+    ends = {part: page.value(below.format(part)) for part in parts}
+    assert max(ends.values()) <= 2 * 900, ends
+
+
 def test_on_a_phone_the_designs_of_the_run_are_folded_and_drawn_when_opened(page, path):
     page.open(path, width=400)
     page.wait("document.getElementById('live-cards').children.length > 0")

@@ -11,7 +11,7 @@ PYTHON_IS := import sys; print(sys.base_prefix, sys.version)
 PYTHON_MUST_BE := import sys; sys.version_info >= (3, 11) or sys.exit('deboom needs Python 3.11 or \
 newer, $(PYTHON) is ' + sys.version.split()[0] + ': name another one, such as PYTHON=python3.12')
 
-.PHONY: study test test-quick test-slow coverage lint bench size wheel validate mutants pictures fuzz docs constraints clean FORCE
+.PHONY: study test test-quick test-slow coverage lint bench size accessibility wheel validate mutants pictures fuzz docs constraints clean FORCE
 
 study: $(STUDY)
 	$(BIN)/deboom run front
@@ -47,6 +47,9 @@ size: $(READY)
 
 bench: $(READY)
 	$(BIN)/python benchmarks/run.py
+
+accessibility: $(READY)
+	$(BIN)/python benchmarks/accessibility.py
 
 wheel: $(READY)
 	$(BIN)/python benchmarks/wheel.py

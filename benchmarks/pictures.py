@@ -40,13 +40,13 @@ NUMBERED = (
     "table th:nth-child(2)",
     "table th:nth-child(3)",
     "table th:nth-child(7)",
-    "body > div:nth-of-type(2) th:nth-child(2)",
-    "body > div:nth-of-type(2) th:nth-child(6)",
-    "body > div:nth-of-type(2) th:nth-child(10)",
-    "body > div:nth-of-type(2) th:nth-child(11)",
+    "main > div:nth-of-type(2) th:nth-child(2)",
+    "main > div:nth-of-type(2) th:nth-child(6)",
+    "main > div:nth-of-type(2) th:nth-child(10)",
+    "main > div:nth-of-type(2) th:nth-child(11)",
     "figure.aside img",
     "figure:not(.aside) img",
-    "body > div:nth-of-type(4) th:nth-child(7)",
+    "main > div:nth-of-type(4) th:nth-child(7)",
 )
 """Parts of a sheet that the guides for mount suppliers explain, in the order of their list."""
 NUMBER = """

@@ -41,6 +41,58 @@ KEYS = {
     "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, " ": 32,
 }  # fmt: skip
 START, ANSWER = 40.0, 30.0  # longest waits [s]
+CONTRAST = """
+(() => {
+  const colour = (words) => {
+    const n = (words.match(/[\\d.]+/g) || []).map(Number);
+    const scale = words.startsWith("color(") ? 255 : 1;
+    return n.length < 3 ? [0, 0, 0, 0] : [...n.slice(0, 3).map((v) => v * scale), n[3] ?? 1];
+  };
+  const over = (top, below) => {
+    const mixed = [0, 1, 2].map((k) => top[3] * top[k] + (1 - top[3]) * below[k]);
+    return [...mixed, 1];
+  };
+  const luminance = (rgb) => [0.2126, 0.7152, 0.0722].reduce((sum, weight, k) => {
+    const v = rgb[k] / 255;
+    return sum + weight * (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
+  }, 0);
+  const ancestors = (node) => node ? [node, ...ancestors(node.parentElement)] : [];
+  const opacity = (node) =>
+    ancestors(node).reduce((all, n) => all * getComputedStyle(n).opacity, 1);
+  const painted = (fill, alpha) => [...fill.slice(0, 3), fill[3] * alpha];
+  const behind = (node) => ancestors(node).reverse().reduce(
+    (below, n) => over(colour(getComputedStyle(n).backgroundColor), below), [255, 255, 255, 1]);
+  const shapesBehind = (text, middle, below) => {
+    const { stroke, paintOrder } = getComputedStyle(text);
+    if (stroke !== "none" && paintOrder.startsWith("stroke")) return colour(stroke); // a halo
+    for (const shape of text.ownerSVGElement.querySelectorAll("path, rect, circle, polygon")) {
+      const look = getComputedStyle(shape), matrix = shape.getScreenCTM();
+      if (shape.closest("clipPath") || look.fill === "none" || !matrix) continue;
+      if (!(shape.compareDocumentPosition(text) & Node.DOCUMENT_POSITION_FOLLOWING)) continue;
+      if (!shape.isPointInFill(middle.matrixTransform(matrix.inverse()))) continue;
+      below = over(painted(colour(look.fill), look.fillOpacity * opacity(shape)), below);
+    }
+    return below;
+  };
+  const read = [];
+  for (const node of document.querySelectorAll("body *")) {
+    const own = [...node.childNodes].filter((n) => n.nodeType === Node.TEXT_NODE);
+    const words = own.map((n) => n.data.trim()).join(" ").trim();
+    const box = node.getBoundingClientRect();
+    if (!words || !box.width || !node.checkVisibility({ visibilityProperty: true })) continue;
+    if (node.closest(".hidden, noscript, script, style, option, :disabled")) continue;
+    const style = getComputedStyle(node), drawn = node.ownerSVGElement;
+    const middle = new DOMPoint(box.x + box.width / 2, box.y + box.height / 2);
+    const below = drawn ? shapesBehind(node, middle, behind(drawn)) : behind(node);
+    const ink = painted(colour(drawn ? style.fill : style.color), opacity(node));
+    const [low, high] = [luminance(over(ink, below)), luminance(below)].sort((a, b) => a - b);
+    const large = parseFloat(style.fontSize) >= (style.fontWeight >= 700 ? 18.66 : 24);
+    read.push({ words, ratio: (high + 0.05) / (low + 0.05), least: large ? 3 : 4.5 });
+  }
+  return read;
+})()
+"""
+"""Contrast of every text on a page with what lies behind it, and the least by WCAG 2.2, 1.4.3."""
 
 
 class Browser:
@@ -139,6 +191,11 @@ class Browser:
         while not self.value(expression):
             assert time.monotonic() < end, f"never true: {expression}"
             time.sleep(0.02)
+
+    def contrasts(self):
+        """Return how many texts are to be read, and those with too little contrast."""
+        read = self.value(CONTRAST)
+        return len(read), [text for text in read if text["ratio"] < text["least"]]
 
     def text(self, selector):
         """Return the words of an element."""

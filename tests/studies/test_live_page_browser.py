@@ -99,6 +99,17 @@ def test_a_slider_moves_by_key_and_the_verdict_is_said_when_it_is_let_go(page):
     assert page.value("document.getElementById('live-again').disabled")
 
 
+def test_every_text_stands_out_from_what_lies_behind_it(page):
+    texts, low = page.contrasts()
+    assert texts > 100
+    assert low == []
+    page.value("document.getElementById('live-title').style.color = '#bbbbbb'")
+    page.value("document.querySelector('#live-curves svg text').style.fill = 'rgb(0 0 0 / 40%)'")
+    _, low = page.contrasts()
+    # the ratio of #bbbbbb and of 40 % black to white, by WCAG's formula
+    assert [round(text["ratio"], 2) for text in low] == [1.92, 2.85]
+
+
 def test_the_address_keeps_the_design_and_refuses_one_of_other_variables(page, path):
     page.focus(slider("EnM z"))
     page.key("End")
@@ -236,6 +247,17 @@ def test_the_live_part_needs_no_scrolling_and_a_phone_none_sideways(page):
         page.resize(width, 900)
         page.wait(f"document.documentElement.clientWidth === {width}")
         assert page.value("document.documentElement.scrollWidth") == width
+
+
+def test_on_a_phone_two_screens_show_verdicts_sliders_curves_and_what_a_tenth_does(page, path):
+    page.open(path, width=400, height=900)
+    fresh(page)
+    page.value("document.querySelector('#live-groups input[value=all]').click()")
+    fresh(page)
+    parts = ("#live-cards", "#live-sliders", "#live-curves", "#live-tornado")
+    below = "document.querySelector('{}').getBoundingClientRect().bottom"
+    ends = {part: page.value(below.format(part)) for part in parts}
+    assert max(ends.values()) <= 2 * 900, ends
 
 
 def test_on_a_phone_the_designs_of_the_run_are_folded_and_drawn_when_opened(page, path):

@@ -313,7 +313,9 @@ def test_a_band_is_the_allocations_or_the_searchs_where_no_box_was_made(study, t
     assert searched.specification.musts == {}
 
 
-def test_without_a_box_the_sheet_says_how_parts_are_tested_and_that_nothing_is_judged(study):
+def test_without_a_box_the_sheet_says_how_parts_are_tested_and_that_nothing_is_judged(
+    study, few_draws
+):
     sheet = sheet_of(study)
     state, value, part = sheet.rules
     assert state.startswith("State: a row counts if its preload is within ± 5 %")
@@ -322,9 +324,11 @@ def test_without_a_box_the_sheet_says_how_parts_are_tested_and_that_nothing_is_j
     html, _ = documents(sheet, "")
     assert "Raise the preload, a force, from zero without overshoot" in html
     assert "How a delivery is judged" in html
+    regions = re.findall(r'role="region" aria-label="([^"]*)"', html)
+    assert len(regions) == len(set(regions)) > 3
 
 
-def test_conditions_that_nobody_stated_are_to_be_agreed_and_stated_ones_are_shown(study):
+def test_conditions_that_nobody_stated_are_to_be_agreed_and_stated_ones_are_shown(study, few_draws):
     sheet = sheet_of(study)
     due = {"ageing and relaxation", "fixture", "sampling", "first articles"}
     assert due | {"tolerance of the loss factor"} <= set(sheet.missing)

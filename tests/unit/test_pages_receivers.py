@@ -13,6 +13,7 @@ from deboom.files.check import check_platform
 from deboom.files.platform import read_platform
 from deboom.files.uncertain_index import uncertain_index
 from deboom.pages.front_answer import report_loudest, weights_sentence
+from deboom.pages.live_model import Start, live_page
 from deboom.pages.platform_front import PlatformFront
 from deboom.pages.receivers import (
     idle_table,
@@ -52,6 +53,16 @@ def test_vehicles_of_a_front_are_ears_and_objectives_sum_them_alone(view):
     change = np.diff(model(np.stack([np.ones(12), view.best])), axis=0)[0] / model.n_lines
     np.testing.assert_allclose(view.fleet.splv_change(view.best), change[:2], rtol=1e-12)
     assert float(view.fleet.mean(change[:2])) == pytest.approx(change[:2].mean(), rel=1e-12)
+
+
+def test_a_page_with_sliders_has_the_ears_and_names_the_vibrations_that_it_leaves_out(view):
+    start = Start("today", np.ones(12))
+    live, refusal = live_page(view.front.robust, view.runs, [start], {})
+    assert refusal == ""
+    assert [vehicle["name"] for vehicle in live.header["vehicles"]] == list(view.fleet.vehicles)
+    left_out = [name for name in view.index.response_names if name not in view.fleet.vehicles]
+    assert len(left_out) == 2
+    assert live.header["notes"]["vibration"] == f"not in this page: {'; '.join(left_out)}"
 
 
 def test_weights_of_ears_are_told_without_those_of_vibrations(view):

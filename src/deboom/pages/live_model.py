@@ -214,13 +214,15 @@ def live_page(
         price = mount_price(runs, Factor.dynamic)
     except InputError as error:
         no_price = f"No sag, travel and modes: {error}."
+    vibrations = [name for name in model.response_names if name not in ears]
+    unheard = f"not in this page: {'; '.join(vibrations)}" if vibrations else ""
     live = live_model(cases, space, scatter[:MOST_DRAWS], price)
     coupled = isinstance(cases[0].case, CoupledMotion)
     both = coupled and not model.loss_factors
     live = live.with_header(
         {
             **words,
-            "notes": {"cases": no_cases, "price": no_price},
+            "notes": {"cases": no_cases, "price": no_price, "vibration": unheard},
             "limits": _limits(robust, names, price),
             "motion": model.motion.value,
             "motions": ["coupled", "prescribed"] if both else [model.motion.value],

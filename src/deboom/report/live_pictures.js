@@ -34,6 +34,7 @@ function buildCurves() {
   view.high = 10 * Math.ceil((all[all.length - 1] + 3) / 10);
   view.low = Math.max(view.high - 60, 10 * Math.floor(all[Math.floor(0.03 * all.length)] / 10)); // notches leave the picture
   view.height = list.length > 6 ? 96 : list.length > 3 ? 160 : 250;
+  if (matchMedia("(max-width: 600px)").matches) view.height = Math.min(view.height, 140);
   panels = list.map((v) => {
     const { colour, name } = vehicles[v];
     const box = node(place, "div", { class: "panel" });
@@ -233,7 +234,7 @@ function drawPaths() {
 function facts() {
   const loadCase = cases[session.shown], counted = cases.filter((_, c) => session.caseWeights[c] > 0).length;
   const over = counted > 1 ? `, levels over ${counted} load cases` : session.caseWeights[session.shown] > 0 ? "" : ", which has no weight in the levels";
-  byId("live-facts").textContent = `${loadCase.title}${over} · order ${loadCase.order}, ${data.frequency[0]} to ${data.frequency[F - 1]} Hz · parts within ±${Math.round(100 * data.tolerance)} %, ${data.nDraws} draws · sound: full scale ${data.fullScale.toPrecision(3)} Pa · computed in this page, offline`;
+  byId("live-facts").textContent = `${loadCase.title}${over} · order ${loadCase.order}, ${data.frequency[0]} to ${data.frequency[F - 1]} Hz · parts within ±${Math.round(100 * data.tolerance)} %, ${data.nDraws} draws · sound: full scale ${data.fullScale.toPrecision(3)} Pa · computed in this page, offline${data.notes.vibration && ` · ${data.notes.vibration}`}`;
 }
 
 function drawAtOnce() {

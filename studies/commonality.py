@@ -106,7 +106,9 @@ class Model:
 
 def prepare(options: Options) -> Model:
     """Read the platform, build its model and check who is to share."""
-    runs = options.platform.runs()
+    runs = options.platform.runs().heard(
+        "a car has one set of mounts, which its driver's ear chooses here", by_driver=True
+    )
     index = options.motion.model(runs)
     vehicles = tuple(index.response_names)
     if len(vehicles) < 2:

@@ -3,7 +3,8 @@
 FOLDER has one table per drive (csv, xlsx or mat): today*.csv with today's parts, new*.csv with the
 new parts. The columns are frequency [Hz] and, for each vehicle, <vehicle> real [Pa] and <vehicle>
 imag [Pa]: the complex peak amplitude of the order at the driver's ear, in the first load case of
-the run. Two or more drives of a state show how certain the measured change is.
+the run; a further ear has its own, such as U06-1, rear ear real [Pa]. Two or more drives of a state
+show how certain the measured change is.
 """
 
 from __future__ import annotations
@@ -134,7 +135,10 @@ def _expected(study: SupplierStudy, seed: int) -> ExpectedChange | str:
     """State what is expected of the design in the load case that was driven; or why nothing is."""
     first = replace(study.index, cases=study.index.cases[:1], weights=(1.0,))
     uncertain = uncertain_index(first, study.platform, study.parts)
-    return expected_or_why(first, lambda: uncertain.expected_change(study.picked, seed=seed).of(0))
+    return expected_or_why(
+        first,
+        lambda: uncertain.expected_change(study.picked, seed=seed).at(study.ears).of(0),
+    )
 
 
 def _vehicle_table(drives: Drives, expected: ExpectedChange | str) -> pd.DataFrame:
@@ -146,7 +150,8 @@ def _vehicle_table(drives: Drives, expected: ExpectedChange | str) -> pd.DataFra
     today, new = (drives.measured[state].mean(axis=-1) for state in STATES)
     change = new.mean(axis=0) - today.mean(axis=0)
     half = np.array([_half_width(*pair) for pair in zip(today.T, new.T, strict=True)])
-    levels = study.index.levels(np.stack([study.space.nominal, study.picked])).mean(axis=-1)
+    designs = np.stack([study.space.nominal, study.picked])
+    levels = study.index.levels(designs)[:, study.ears].mean(axis=-1)
     table = pd.DataFrame(
         {"vehicle": study.vehicles, "measured change [dB]": change, "± measured [dB]": half}
     )
@@ -167,9 +172,9 @@ def _peak_table(drives: Drives, seed: int) -> pd.DataFrame:
     study, measured = drives.study, drives.measured
     index, frequency = study.index, np.asarray(study.index.frequency)
     both = np.stack([study.space.nominal, study.picked])
-    predicted = index.levels(both)
+    predicted = index.levels(both)[:, study.ears]
     again = uncertain_index(index, study.platform, study.parts).draws(DRAWS, seed)
-    drawn = np.stack([repeated.levels(both) for repeated in again])
+    drawn = np.stack([repeated.levels(both)[:, study.ears] for repeated in again])
     order = study.load_cases[0][0].order
     rows = []
     for row, vehicle in enumerate(study.vehicles):

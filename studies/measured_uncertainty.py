@@ -90,9 +90,10 @@ class Model:
 
 def prepare(options: Options) -> Model:
     """Read the platform and what is known of its errors, and build its models."""
-    runs = options.platform.runs()
+    reason = "means over the vehicles are of sounds"
+    runs = options.platform.runs().heard(reason)
     names = [case.name for case in runs.platform.load_cases]
-    every = replace(options.platform, load_case=names).runs()
+    every = replace(options.platform, load_case=names).runs().heard(reason)
     index = options.motion.model(runs)
     made = options.scatter.made(index.variable_names)
     sample = sobol_sample(made.n_draws, options.scatter.samples, seed=options.seed)

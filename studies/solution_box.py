@@ -132,6 +132,8 @@ class Model:
 def prepare(options: Options) -> Model:
     """Read the platform and build its model."""
     runs = options.platform.runs()
+    if options.limit is not None:
+        runs = runs.heard("--limit is a level of sound")
     index = options.motion.model(runs)
     space = factor_space(index.variable_names, options.bounds, options.tolerance)
     band = (options.peak_from, options.peak_to)

@@ -1,6 +1,7 @@
 """The first screen of a front with seats and wheel, and data measured again with receivers."""
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from deboom.errors import InputError
 from deboom.files.check import check_platform
 from deboom.files.platform import read_platform
 from deboom.files.uncertain_index import uncertain_index
+from deboom.pages.driven import Drives
 from deboom.pages.front_answer import report_loudest, weights_sentence
 from deboom.pages.live_model import Start, live_page
 from deboom.pages.platform_front import PlatformFront
@@ -24,10 +26,16 @@ from deboom.pages.receivers import (
 )
 from deboom.report import Picture, Report
 from deboom.runs.options import AimOptions
+from deboom.runs.platform_options import PlatformOptions
+from deboom.runs.runner import load_study
+from deboom.vehicles import expected_change
+from deboom.vehicles.expected_change import Information
 from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.fleet_front import FleetFront
+from deboom.vehicles.free_directions import largest_changes
 from deboom.vehicles.idle import IdleModel
 from deboom.vehicles.level_objectives import level_limits
+from deboom.vehicles.platform import MountSource
 from deboom.vehicles.uncertain_data import CALIBRATION, DAY, FLOOR
 
 RUN = PlannedRun(5, 220.0, full_load=True)
@@ -227,3 +235,91 @@ def test_receivers_of_a_vehicle_share_calibration_and_day_and_leave_its_ear_alon
         for receiver, frf in measured.transfers.items()
     ]
     assert share[2:] == pytest.approx([share[0]] * 2, rel=0.1)
+
+
+@pytest.fixture(scope="module")
+def two_cars(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("two") / "p"
+    write_platform(folder, 1, receivers=True, groups=("U06-1", "U06-2"), load_cases=(RUN,))
+    runs = read_platform(folder).runs(mounts="spectra", band=(20.0, 25.0))
+    return SimpleNamespace(folder=folder, runs=runs, index=runs.model("coupled"))
+
+
+EARS = ("U06-1", "U06-1, rear ear", "U06-2", "U06-2, rear ear")
+
+
+def test_an_expected_change_has_all_receivers_and_means_of_ears(two_cars, monkeypatch):
+    monkeypatch.setattr(expected_change, "N_DRAWS", dict.fromkeys(Information, 6))
+    monkeypatch.setattr("deboom.files.uncertain_index.REPETITIONS", 2)
+    runs, pick = two_cars.runs, np.where(np.arange(12) < 9, 0.85, 1.0)
+    weights = np.array([3.0, 1.0, 0.0, 0.0, 2.0, 1.0, 0.0, 0.0])
+
+    def expected(runs, weights):
+        uncertain = uncertain_index(runs.model("coupled"), runs.platform, ())
+        return uncertain.expected_change(pick, weights=weights).of(0)
+
+    every = expected(runs, weights)
+    ears = [0, 1, 4, 5]
+    assert every.cars.expected.shape == (8,)
+    assert np.all(every.cars.low < every.cars.high)
+    assert every.mean.expected == pytest.approx(
+        np.average(every.cars.expected[ears], weights=weights[ears]), rel=1e-9
+    )
+    # drivers' ears are told what they are told where nobody measured a seat
+    heard = expected(runs.heard("a test", by_driver=True), weights[[0, 4]])
+    for name in ("expected", "low", "high"):
+        of_ears = getattr(every.cars, name)[[0, 4]]
+        np.testing.assert_allclose(of_ears, getattr(heard.cars, name), rtol=1e-9)
+
+
+def test_a_study_that_leaves_receivers_out_says_which_and_why(two_cars):
+    heard = two_cars.runs.heard("means are of sounds")
+    assert heard.not_judged == (
+        "Not judged here: seat rail z and wheel y, because means are of sounds."
+    )
+    assert heard.model("coupled").response_names == EARS
+    alone = two_cars.runs.heard("a car has one set", by_driver=True)
+    assert alone.fleet.response_names == ("U06-1", "U06-2")
+    assert alone.heard("nothing is left to leave out") is alone
+    options = PlatformOptions(
+        platform=two_cars.folder, band=(20.0, 25.0), mounts=MountSource.spectra
+    )
+    for name, names in {
+        "commonality": ("U06-1", "U06-2"),
+        "measured_uncertainty": EARS,
+    }.items():
+        study = load_study(name).module
+        model = study.prepare(study.Options(platform=options))
+        assert model.runs.fleet.response_names == names
+        assert "seat rail z and wheel y, because" in model.runs.not_judged
+
+
+def test_drives_are_compared_ear_by_ear(two_cars):
+    driven, index = load_study("driven").module, two_cars.index
+    today, new = np.ones(12), np.where(np.arange(12) < 9, 0.85, 1.0)
+    levels = index.levels(np.stack([today, new]))[:, [0, 1, 4, 5]]
+    study = SimpleNamespace(
+        index=index,
+        ears=np.array([0, 1, 4, 5]),
+        vehicles=EARS,
+        space=index.design_space(),
+        picked=new,
+    )
+    drives = Drives(study, {"today": levels[:1], "new": levels[1:]})
+    table = driven._vehicle_table(drives, "nothing is expected")
+    assert tuple(table["vehicle"]) == EARS
+    np.testing.assert_allclose(table["measured change [dB]"], table["model [dB]"], rtol=1e-12)
+    assert np.unique(table["model [dB]"]).size == 4
+
+
+def test_indices_and_free_directions_name_seats_and_judge_idle(two_cars):
+    index = two_cars.index
+    result = deboom.sobol(index, index.design_space(), n=8, seed=1)
+    assert "U06-1, seat rail z" in result.table["response"].unique()
+    moved = np.ones((1, 12))
+    moved[0, 0] = 1.1
+    changes = largest_changes(index, moved, np.ones(12))[0]
+    assert changes.shape == (8,)
+    at_idle = np.abs(np.diff(index.idle[0](np.vstack([np.ones(12), moved])), axis=0))[0]
+    assert np.all(changes >= at_idle - 1e-12)
+    assert largest_changes(replace(index, idle=()), moved, np.ones(12))[0].max() < 5.0

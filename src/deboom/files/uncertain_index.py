@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy.typing as npt
 
-from deboom.arrays import IntArray, RealArray
+from deboom.arrays import RealArray
 from deboom.files.library_export import read_library_json
 from deboom.measurement.sensors import Tolerances
 from deboom.mounts.characterised_mount import CharacterisedMount
@@ -72,7 +72,6 @@ class UncertainIndex:
         *,
         information: Information | None = None,
         weights: RealArray | None = None,
-        rows: IntArray | None = None,
         seed: int = 1,
     ) -> ExpectedChange:
         """State the expected change by picks with its intervals.
@@ -87,7 +86,6 @@ class UncertainIndex:
             picks,
             information=information,
             weights=weights,
-            rows=rows,
             seed=seed,
         )
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from deboom.arrays import RealArray
+from deboom.errors import listed
 from deboom.files.front_run import design_name
 from deboom.measurement.booming_peaks import TOLERANCE
 from deboom.pages.front_answer import (
@@ -91,6 +92,12 @@ def driven_report(
             "n_as_expected", as_expected, "", "vehicles that changed as expected", headline="d"
         )
     report.assume(*drives.study.run.assumed)
+    index, ears = drives.study.index, drives.study.ears
+    felt = [name for row, name in enumerate(index.response_names) if row not in ears]
+    if felt:
+        report.warn(
+            f"Not compared: {listed(tuple(felt))}, because the table of a drive has pressures."
+        )
     report.answer(
         f"{of_vehicles}{decided} booming peaks changed as predicted: {' '.join(average)}.",
         certainty_sentence(expected),

@@ -135,11 +135,11 @@ def report_runs(report: Report, runs: Runs) -> None:
     """Add to a report how far surfaces and spectra agree, and print it on standard error.
 
     The report gets a table ``surface_check``, a number, a section, and a warning where they do not
-    agree; nothing if forces are the measured ones. It also says on which defaults the forces rest
-    and what coupled motion lacks.
+    agree; nothing if forces are the measured ones. It also says on which defaults the forces rest,
+    what coupled motion lacks, and which receivers are not judged.
     """
     report.assume(*runs.assumed)
-    report.warn(runs.not_coupled)
+    report.warn(runs.not_coupled, runs.not_judged)
     # not above: it imports the readers of every kind of folder, for which a model alone would wait
     from deboom.files.check import (
         band_in_words,

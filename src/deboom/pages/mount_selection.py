@@ -107,7 +107,7 @@ class Selection:
                 self.catalogue,
                 self.outside,
                 np.stack([*quietest, *named]),
-                weights=self.heard.weights,
+                weights=self.front.robust.weights,
                 seed=self.front.search.seed,
             ),
         )

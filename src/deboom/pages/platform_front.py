@@ -120,24 +120,34 @@ class PlatformFront:
             return np.where(np.isnan(stated), self.fleet.todays_levels, stated)
         return np.full(len(self.fleet.vehicles), self.target)
 
-    @cached_property
+    @property
     def expected(self) -> ExpectedChange | str:
-        """Changes that cars show of all picks, in their order; or why none is expected."""
+        """Changes that ears of cars show of all picks, in their order; or why none is expected."""
+        expected = self.expected_everywhere
+        return expected if isinstance(expected, str) else expected.at(self.fleet.ears)
+
+    @cached_property
+    def expected_everywhere(self) -> ExpectedChange | str:
+        """The same of all receivers, seats and wheels among them."""
         picks = np.stack(list(self.front.pick_designs.values()))
         weights = self.front.robust.weights
         return expected_or_why(
             self.index,
             lambda: uncertain_index(self.index, self.platform, self.runs.parts).expected_change(
-                picks, weights=weights, seed=self.front.search.seed, rows=self.fleet.ears
+                picks, weights=weights, seed=self.front.search.seed
             ),
         )
 
     @property
     def expected_of_best(self) -> ExpectedChange | str:
         """What is expected of best-mean; or why nothing is."""
-        if isinstance(self.expected, str):
-            return self.expected
-        return self.expected.of(list(self.front.pick_designs).index(Pick.best_mean))
+        expected = self.expected
+        return expected if isinstance(expected, str) else expected.of(self.row_of_best)
+
+    @property
+    def row_of_best(self) -> int:
+        """Row of best-mean among the picks."""
+        return list(self.front.pick_designs).index(Pick.best_mean)
 
     @property
     def unseen(self) -> float:

@@ -10,7 +10,7 @@ from deboom.arrays import IntArray, RealArray
 from deboom.errors import listed
 from deboom.explore.choices import Pick
 from deboom.explore.front import nondominated
-from deboom.pages.front_answer import PICTURE_WIDTH
+from deboom.pages.front_answer import PICTURE_WIDTH, expected_column
 from deboom.pages.platform_front import PlatformFront
 from deboom.physics.vibration_level import rms_of_level
 from deboom.plot.style import signed
@@ -67,6 +67,11 @@ def vibration_table(view: PlatformFront) -> pd.DataFrame:
     before = view.front.baseline.mean[0, rows] / n_lines
     table = _levels_table(view, rows, before, view.front.values.mean[best, rows] / n_lines)
     stated = {view.front.responses[row]: view.index.receivers[row].target for row in rows}
+    expected = view.expected_everywhere
+    if not isinstance(expected, str):
+        places = [view.front.responses.index(name) for name in table["receiver"]]
+        for name, column in expected_column(expected.of(view.row_of_best), places).items():
+            table.insert(4, name, column)
     column = [stated[name] for name in table["receiver"]]
     if any(target is not None for target in column):
         table.insert(4, "target [dB]", np.array(column, dtype=float))

@@ -115,10 +115,12 @@ def front_report(view: PlatformFront) -> Report:
             "model",
             headline="+.1f" if name == Pick.best_mean and isinstance(expected, str) else "",
         )
-    report_expected_numbers(report, expected, view.fleet.vehicles)
+    everywhere = view.expected_everywhere
+    of_best = everywhere if isinstance(everywhere, str) else everywhere.of(view.row_of_best)
+    report_expected_numbers(report, of_best, view.front.responses)
     build = (f"{view.front.variables[column]} × {best[column]:.2f}" for column in view.telling)
     front_numbers(report, view.fleet, ", ".join(build) or "today's mounts")
-    report_expected(report, view.expected, list(view.front.picks), view.fleet.vehicles)
+    report_expected(report, everywhere, list(view.front.picks), view.front.responses)
     motion.report_numbers(report)
     report.facts |= {
         "motion": motion_name(view.index),

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from deboom.arrays import AXES, RealArray
+from deboom.arrays import AXES, IntArray, RealArray
 from deboom.errors import InputError
 from deboom.explore.choices import Pick
 from deboom.explore.front import verification_response
@@ -111,9 +111,14 @@ class SupplierStudy:
         return self.model.mean(values)
 
     @property
+    def ears(self) -> IntArray:
+        """Numbers of the responses that are sounds."""
+        return sound_rows(self.index)
+
+    @property
     def vehicles(self) -> tuple[str, ...]:
-        """Names of the vehicles that were served."""
-        return tuple(self.index.response_names[row] for row in sound_rows(self.index))
+        """Names of the vehicles that were served, and of further ears."""
+        return tuple(self.index.response_names[row] for row in self.ears)
 
     @property
     def per_vehicle(self) -> float:

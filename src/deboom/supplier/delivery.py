@@ -605,9 +605,11 @@ class _Levels:
             mounts=box.mounts,
             band=box.band_hz,
         )
-        index = runs.model(Motion(box.motion))
         wanted = [variable.name for variable in box.variables]
         vehicles = [response.name for response in box.responses]
+        if not set(runs.fleet.response_names) <= set(vehicles):
+            runs = runs.heard("the box has limits of sounds")
+        index = runs.model(Motion(box.motion))
         if list(index.variable_names) != wanted or list(index.response_names) != vehicles:
             raise InputError(
                 f"platform {platform.name} has the variables {list(index.variable_names)} and the "

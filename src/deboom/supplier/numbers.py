@@ -333,7 +333,7 @@ def machine_states(
 
 def loudest_line(study: SupplierStudy) -> float:
     """Return the line with the most sound energy of all vehicles today [Hz]."""
-    levels = study.index.levels(study.space.nominal[np.newaxis])[0]
+    levels = study.index.levels(study.space.nominal[np.newaxis])[0, study.ears]
     return float(study.index.frequency[np.argmax((10.0 ** (levels / 10.0)).sum(axis=0))])
 
 

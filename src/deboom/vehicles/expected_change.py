@@ -82,13 +82,14 @@ class ExpectedChange:
     """Where the change of the level against today's parts is expected.
 
     - `information`: what was known of the bodies.
-    - `cars`: mean level over the lines, in each vehicle by each pick, (n, v) [dB].
-    - `mean`, `worst`: mean of the vehicles, and the vehicle that gains least, (n,) [dB].
+    - `cars`: mean level over the lines, in each vehicle, and at each further receiver, by each
+      pick, (n, v) [dB].
+    - `mean`, `worst`: mean of the ears, and the ear that gains least, (n,) [dB].
     - `peaks`: loudest line of the first load case, in each vehicle, (n, v) [dB]. Without
       receptances its expected value says little: state the bounds alone.
     - `predicted`: `cars` as the model of the data has it, (n, v) [dB].
-    - `with_points`: width that the intervals of cars are expected to have with driving points, over
-      that of `cars`, (n,) [1]; nan where more than nothing is known of bodies.
+    - `with_points`: width that the intervals of ears are expected to have with driving points, over
+      that in `cars`, (n,) [1]; nan where more than nothing is known of bodies.
 
     See Also
     --------
@@ -102,6 +103,16 @@ class ExpectedChange:
     peaks: Interval
     predicted: RealArray
     with_points: RealArray
+
+    def at(self, rows: IntArray) -> ExpectedChange:
+        """Return what is expected of some responses alone; mean and worst stay."""
+        cars, peaks = (
+            Interval(*(np.take(values, rows, axis=-1) for values in vars(part).values()))
+            for part in (self.cars, self.peaks)
+        )
+        return replace(
+            self, cars=cars, peaks=peaks, predicted=np.take(self.predicted, rows, axis=-1)
+        )
 
     def of(self, pick: int) -> ExpectedChange:
         """Return what is expected of one pick, by its row."""
@@ -127,6 +138,7 @@ class ChangeDraws:
     - `predicted_peak`, `drawn_peak`: loudest line of the first load case, likewise [dB].
     - `struck` (b, d, n, v): `drawn`, if the driving points of body b of the prior were measured;
       without a body where more than nothing is known [dB].
+    - `ears`: numbers of the responses that are sounds.
     """
 
     information: Information
@@ -135,6 +147,7 @@ class ChangeDraws:
     predicted_peak: RealArray
     drawn_peak: RealArray
     struck: RealArray
+    ears: IntArray
 
 
 Model = BoomingModel | CatalogueModel
@@ -179,10 +192,9 @@ def expected_change(
     *,
     information: Information | None = None,
     weights: RealArray | None = None,
-    rows: IntArray | None = None,
     seed: int = 1,
 ) -> ExpectedChange:
-    """State the expected change by picks, in each vehicle, in their mean and in the worst.
+    """State the expected change by picks, at each receiver, in the mean and in the worst of ears.
 
     Parameters
     ----------
@@ -200,9 +212,7 @@ def expected_change(
     information : Information, optional
         What of the bodies is used; by default all that is known of every vehicle's.
     weights : array, shape (v,), optional
-        Of the responses in the mean [1]; by default all alike.
-    rows : array of int, optional
-        Numbers of the responses that are told, such as the ears; by default all.
+        Of the responses in the mean, in which vibrations have no part [1]; by default all alike.
     seed : int
         Of the draws, from 1: the same seed gives the same numbers.
 
@@ -221,36 +231,24 @@ def expected_change(
     times a width factor (split conformal prediction on tuning platforms of the bench's families).
     """
     draws = change_draws(model, again, fleet, mounts, picks, information=information, seed=seed)
-    if rows is not None:
-        draws = ChangeDraws(
-            draws.information,
-            *(
-                changes[..., rows]
-                for changes in (
-                    draws.predicted,
-                    draws.drawn,
-                    draws.predicted_peak,
-                    draws.drawn_peak,
-                    draws.struck,
-                )
-            ),
-        )
-        weights = None if weights is None else weights[rows]
     return stated(draws, weights)
 
 
 def stated(draws: ChangeDraws, weights: RealArray | None = None) -> ExpectedChange:
     """State intervals of draws, with the centres and width factors of the prior."""
-    key = draws.information.name
-    of_model = fleet_statistics(draws.predicted, weights)
-    of_draws = fleet_statistics(draws.drawn, weights)
+    key, ears = draws.information.name, draws.ears
+    of_ears = None if weights is None else weights[ears]
+    of_model = fleet_statistics(np.take(draws.predicted, ears, axis=-1), of_ears)
+    of_draws = fleet_statistics(np.take(draws.drawn, ears, axis=-1), of_ears)
     cars = interval(draws.predicted, draws.drawn, prior.CENTRE[key], prior.WIDTH[key])
     points = Information.driving_points.name
     struck = [
         interval(draws.predicted, drawn, prior.CENTRE[points], prior.WIDTH[points])
         for drawn in draws.struck
     ]
-    widths = [np.mean(each.high - each.low, axis=-1) for each in (cars, *struck)]
+    widths = [
+        np.mean(np.take(each.high - each.low, ears, axis=-1), axis=-1) for each in (cars, *struck)
+    ]
     return ExpectedChange(
         information=draws.information,
         cars=cars,
@@ -320,6 +318,7 @@ def change_draws(
         predicted_peak=draws.predicted[1],
         drawn_peak=peak,
         struck=struck,
+        ears=draws.ears,
     )
 
 
@@ -353,11 +352,13 @@ def widths_if_measured(
     however well it is known. A temperature takes its part off the rubber.
     """
     draws = _Draws.of(model, again, fleet, mounts, picks, seed=seed)
-    state = draws.bodies.information
-    of_model = fleet_statistics(draws.predicted[0], weights)[0]
+    state, ears = draws.bodies.information, draws.ears
+    of_ears = None if weights is None else weights[ears]
+    of_model = fleet_statistics(np.take(draws.predicted[0], ears, axis=-1), of_ears)[0]
 
     def width(bodies: _Bodies, mounts: Sequence[Mount] | None = None) -> RealArray:
-        mean = fleet_statistics(draws.drawn(bodies, mounts)[0], weights)[0]
+        changes = np.take(draws.drawn(bodies, mounts)[0], ears, axis=-1)
+        mean = fleet_statistics(changes, of_ears)[0]
         key = bodies.information.name
         stated = interval(of_model, mean, prior.CENTRE[key], prior.MEAN_WIDTH[key])
         return stated.high - stated.low
@@ -395,6 +396,7 @@ class _Draws:
       draws, see `_changes` [dB].
     - `per_vehicle`: numbers of picks and vehicles, where each vehicle has a design of its own.
     - `vehicle_of`: number of the vehicle of each response.
+    - `ears`: numbers of the responses that are sounds.
     """
 
     bodies: _Bodies
@@ -405,6 +407,7 @@ class _Draws:
     on_fewer: RealArray
     per_vehicle: tuple[int, int] | None
     vehicle_of: tuple[int, ...]
+    ears: IntArray
     seed: int
 
     @classmethod
@@ -451,6 +454,7 @@ class _Draws:
             on_fewer=_changes(on_fewer, model.weights),
             per_vehicle=(each.shape[0], each.shape[1]) if each.ndim > 2 else None,
             vehicle_of=fleet.vehicle_of,
+            ears=np.flatnonzero([receiver.is_sound for receiver in model.receivers]),
             seed=seed,
         )
 

@@ -84,6 +84,11 @@ class Vehicle:
         """Functions to every receiver, the ear of `noise_transfer` first."""
         return {self.ear: self.noise_transfer, **self.receivers}
 
+    def heard(self, *, by_driver: bool = False) -> Vehicle:
+        """Return the same vehicle without receivers that vibrate, or with its own ear alone."""
+        kept = {r: frf for r, frf in self.receivers.items() if r.is_sound and not by_driver}
+        return self if len(kept) == len(self.receivers) else replace(self, receivers=kept)
+
     @property
     def has_driving_points_alone(self) -> bool:
         """Tell whether of the body nothing is known between different paths.

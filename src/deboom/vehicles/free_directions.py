@@ -127,12 +127,13 @@ def free_directions(
 
     Notes
     -----
-    Judged is the vehicle that moves most, by the mean level of its lines over all load cases and
-    by its booming peaks in each: a mean over vehicles hides that one gains what another loses.
-    Between two of the `SCANNED` values a curve may pass them by an eighth of its second difference,
-    which is added to the change. Where a direction is not free, the range between the design and
-    the end is judged again on `BETWEEN` values, and the nearest crossing is the end. Other
-    directions stay at the design: several that are free may add up.
+    Judged is the vehicle, or the seat or wheel, that moves most, by the mean level of its lines
+    over all load cases, by its booming peaks in each and by its level at idle: a mean over vehicles
+    hides that one gains what another loses. Between two of the `SCANNED` values a curve may pass
+    them by an eighth of its second difference, which is added to the change. Where a direction is
+    not free, the range between the design and the end is judged again on `BETWEEN` values, and the
+    nearest crossing is the end. Other directions stay at the design: several that are free may add
+    up.
 
     Examples
     --------
@@ -194,8 +195,9 @@ def largest_changes(model: BoomingModel, designs: npt.ArrayLike, base: RealArray
     Returns
     -------
     array, shape (n, v)
-        Largest magnitude of the changes of the mean level of the lines, over all load cases, and
-        of the booming peaks of each load case; infinite where a level is not finite [dB].
+        Largest magnitude of the changes of the mean level of the lines, over all load cases, of
+        the level at idle and of the booming peaks of each load case; infinite where a level is not
+        finite [dB].
 
     Raises
     ------
@@ -205,6 +207,9 @@ def largest_changes(model: BoomingModel, designs: npt.ArrayLike, base: RealArray
     rows = np.vstack([base, checked_designs(designs, model.variable_names)])
     levels = model(rows) / model.n_lines
     changes = np.abs(levels[1:] - levels[0])
+    for idle in getattr(model, "idle", ()):
+        at_idle = idle(rows)
+        changes = np.maximum(changes, np.abs(at_idle[1:] - at_idle[0]))
     for load_case in model.load_case_names:
         curves = model.levels(rows, load_case)
         if not np.isfinite(curves[0]).all():

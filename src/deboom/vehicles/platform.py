@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 
 from deboom.arrays import RealArray, short_repr
-from deboom.errors import DataWarning, Finding, InputError, choice, word_of
+from deboom.errors import DataWarning, Finding, InputError, choice, listed, word_of
 from deboom.measurement.channels import Band, LoadCase
 from deboom.mounts.characterised_mount import ASSUMED, CharacterisedDirection, CharacterisedMount
 from deboom.mounts.mount import (
@@ -393,6 +393,7 @@ class Runs:
     - `band`: lower and upper edge, both inside [Hz].
     - `check`: surfaces against spectra; None if the forces are the measured ones.
     - `parts`: the library's mounts that the forces come from; empty if they are the measured ones.
+    - `not_judged`: which receivers are left out and why, in a sentence; empty if none is.
 
     See Also
     --------
@@ -405,6 +406,24 @@ class Runs:
     band: Band
     check: SurfaceCheck | None = None
     parts: tuple[CharacterisedMount, ...] = ()
+    not_judged: str = ""
+
+    def heard(self, reason: str, *, by_driver: bool = False) -> Runs:
+        """Return these runs without receivers that vibrate, or with the drivers' ears alone.
+
+        - `reason`: why the others are not judged, after a colon.
+        """
+
+        def heard(fleet: Fleet) -> Fleet:
+            return Fleet(tuple(each.heard(by_driver=by_driver) for each in fleet.vehicles))
+
+        fleet = heard(self.fleet)
+        names = [each.name for each in self.fleet.receivers if each not in fleet.receivers]
+        if not names:
+            return self
+        platform = replace(self.platform, fleet=heard(self.platform.fleet))
+        sentence = f"Not judged here: {listed(tuple(dict.fromkeys(names)))}, because {reason}."
+        return replace(self, platform=platform, fleet=fleet, not_judged=sentence)
 
     @property
     def assumed(self) -> tuple[str, ...]:

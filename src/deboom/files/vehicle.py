@@ -34,6 +34,7 @@ from deboom.files.schema import (
     Several,
     StrictModel,
     Title,
+    assumed_lines,
     beyond_gears,
     doubled,
     for_each,
@@ -54,6 +55,7 @@ from deboom.measurement.noise_transfer import (
     ACCELERATION_PER_VOLUME_ACCELERATION,
     PRESSURE_PER_FORCE,
 )
+from deboom.mounts.mounts_in_car import refuse_unusable
 from deboom.names import look_alikes
 
 VEHICLE_FILE = "vehicle.toml"
@@ -352,6 +354,16 @@ def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     yield "blows", f"{len(vehicle.direct.inputs)} beside {len(vehicle.impacts)} virtual points"
     yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
     yield "runs", ", ".join(run.name for run in vehicle.runs) or "none"
+    try:
+        refuse_unusable(vehicle)
+    except InputError as error:
+        yield "stiffness", f"of the mounts does not follow from this car: {error}"
+    else:
+        yield "stiffness", "of the mounts: deboom run mounts_in_car --vehicle " + folder.as_posix()
+        silent = [run.name for run in vehicle.runs if run.engine_torque is None]
+        if silent:
+            yield "library", f"none of {', '.join(silent)}: no torque_table"
+    yield from assumed_lines(vehicle.assumed)
 
 
 VEHICLE: FolderRecord = FolderRecord(

@@ -290,15 +290,7 @@ def mounts_in_car(vehicle: MeasuredVehicle, *, seed: int = 1, draws: int = DRAWS
     """
     if seed < 1:
         raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
-    if not vehicle.runs:
-        raise InputError(
-            f"vehicle {vehicle.name}: there are no runs: drive run-ups with accelerometers on both "
-            "sides of the mounts and name them as [[runs]]"
-        )
-    for run in vehicle.runs:
-        _refuse_magnitudes(vehicle, run)
-    paths = _Paths.of(vehicle)
-    system = _System.of(vehicle, paths)
+    system = _system(vehicle)
     fits = [system.fit(number) for number in range(len(vehicle.runs))]
     generator = np.random.default_rng(seed)
     drawn: list[list[ComplexArray]] = [[] for _ in fits]
@@ -313,15 +305,29 @@ def mounts_in_car(vehicle: MeasuredVehicle, *, seed: int = 1, draws: int = DRAWS
         _result(system, number, run, fit, np.array(values))
         for number, (run, fit, values) in enumerate(zip(vehicle.runs, fits, drawn, strict=True))
     ]
-    return MountsInCar(vehicle, paths.directions, tuple(results))
+    return MountsInCar(vehicle, system.paths.directions, tuple(results))
 
 
-def _refuse_magnitudes(vehicle: MeasuredVehicle, run: VehicleRun) -> None:
-    if not np.any(run.acceleration.values.imag):
+def refuse_unusable(vehicle: MeasuredVehicle) -> None:
+    """Refuse a vehicle that `mounts_in_car` refuses, without its work; raises InputError."""
+    _system(vehicle)
+
+
+def _system(vehicle: MeasuredVehicle) -> _System:
+    """Set up the equations of a vehicle as it was measured, or refuse it."""
+    if not vehicle.runs:
         raise InputError(
-            f"vehicle {vehicle.name}, run {run.name}: its spectra are magnitudes without phase, as "
-            "of a run-up without a tacho: record the tacho, and track the order with its phase"
+            f"vehicle {vehicle.name}: there are no runs: drive run-ups with accelerometers on both "
+            "sides of the mounts and name them as [[runs]]"
         )
+    for run in vehicle.runs:
+        if not np.any(run.acceleration.values.imag):
+            raise InputError(
+                f"vehicle {vehicle.name}, run {run.name}: its spectra are magnitudes without "
+                "phase, as of a run-up without a tacho: record the tacho, and track the order with "
+                "its phase"
+            )
+    return _System.of(vehicle, _Paths.of(vehicle))
 
 
 @dataclass(frozen=True, eq=False)

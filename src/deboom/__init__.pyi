@@ -41,6 +41,7 @@ from .files.run_folder import CheckpointFolder as CheckpointFolder
 from .files.run_folder import read_run as read_run
 from .files.run_folder import save_run as save_run
 from .files.uff import read_uff as read_uff
+from .files.vehicle import read_vehicle as read_vehicle
 from .measurement.channels import Frf as Frf
 from .measurement.channels import Spectrum as Spectrum
 from .measurement.component_tpa import component_tpa as component_tpa
@@ -60,6 +61,7 @@ from .measurement.virtual_point import sensor_geometry as sensor_geometry
 from .measurement.virtual_point import virtual_point as virtual_point
 from .mounts.characterise import characterise as characterise
 from .mounts.library import open_library as open_library
+from .mounts.mounts_in_car import mounts_in_car as mounts_in_car
 from .mounts.response_surface import DynamicStiffnessSurface as DynamicStiffnessSurface
 from .mounts.response_surface import compare_models as compare_models
 from .physics.elastic_centre import centre_of_stiffness as centre_of_stiffness

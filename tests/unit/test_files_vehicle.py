@@ -12,7 +12,7 @@ from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
 from deboom.files.uff import read_uff, write_uff
-from deboom.files.vehicle import read_vehicle
+from deboom.files.vehicle import VEHICLE, read_vehicle
 from deboom.measurement.modal import ModalModel, PoleCluster, panel_contributions
 from deboom.physics.frf import FrfForm
 
@@ -202,3 +202,22 @@ def test_contributions_that_cannot_be_known_are_refused(folder, changes, ear, se
     panels = read_vehicle(folder).panels
     with pytest.raises(InputError, match=sentence):
         panel_contributions(model_of(panels, **changes), panels, ear)
+
+
+def test_the_check_says_whether_the_stiffness_of_the_mounts_follows_from_the_car(folder):
+    lines = dict(VEHICLE.lines(folder))
+    assert "does not follow from this car" in lines["stiffness"]
+    assert "were not recorded in its hammer test" in lines["stiffness"]
+    assert "library" not in lines
+
+
+def test_a_vehicle_states_tolerances_and_the_torque_of_its_runs(folder):
+    vehicle = read_vehicle(folder)
+    assert vehicle.tolerances.sensor_position == 0.002
+    assert vehicle.assumed == ()
+    assert vehicle.runs[0].engine_torque.max() == pytest.approx(120.0, rel=0.01)
+    toml = folder / "vehicle.toml"
+    text = toml.read_text(encoding="utf-8")
+    toml.write_text(text.replace("sensor_angle_deg = 1.0\n", ""), encoding="utf-8")
+    (sentence,) = read_vehicle(folder).assumed
+    assert "sensor_angle_deg = 2.5" in sentence

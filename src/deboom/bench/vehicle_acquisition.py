@@ -8,8 +8,8 @@ import numpy as np
 
 from deboom.arrays import AXES, ComplexArray, RealArray
 from deboom.bench import fleet
-from deboom.bench.layout import FIRST_EAR_NODE, Place, points
-from deboom.bench.powertrain import VirtualBench
+from deboom.bench.layout import FIRST_EAR_NODE, Place, accelerometer_places, points
+from deboom.bench.powertrain import SIDES, VirtualBench
 from deboom.bench.signals import complex_normal
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
@@ -108,6 +108,8 @@ class Setup:
 
     - `impact_rows` (n_impact, 6): true load of each blow, per interface.
     - `sensor_rows` (n_channel, 6): true answer of each channel, gain included, per interface.
+    - `powertrain_rows` (n_channel, 6), `wheel_rows` (n_side, 3): true answer of each channel above
+      the mounts, of the powertrain's motion and of a wheel end's along x.
     - `microphone`, `source` (n_ear,): gain of the microphones, and true volume acceleration per
       stated one [1].
     - `hammer`: gain [1].
@@ -115,6 +117,8 @@ class Setup:
 
     impact_rows: tuple[RealArray, ...]
     sensor_rows: tuple[RealArray, ...]
+    powertrain_rows: RealArray
+    wheel_rows: RealArray
     microphone: RealArray
     source: RealArray
     hammer: float
@@ -137,12 +141,22 @@ def draw_setup(
     turn = rotation_matrix(generator.normal(0, errors.sensor_angle, seats.shape))
     gains = 1 + generator.normal(0, errors.accelerometer_gain, (3 * len(sensors), 1))
     seen = gains * forward_matrices(seats, turn @ nominal)
+    microphone = 10 ** (generator.normal(0, errors.microphone_db, len(fleet.EARS)) / 20)
+    source = 10 ** (generator.normal(0, errors.source_db, len(fleet.EARS)) / 20)
+    hammer = 1 + float(generator.normal(0, errors.hammer_gain))
+    above = np.array([place.position for place in accelerometer_places(bench)])
+    above = above + generator.normal(0, errors.sensor_position, above.shape)
+    askew = rotation_matrix(generator.normal(0, errors.sensor_angle, above.shape))
+    gains = 1 + generator.normal(0, errors.accelerometer_gain, (3 * len(above), 1))
+    moved = (gains * forward_matrices(above, askew)).reshape(len(above), 3, 6)
     return Setup(
         impact_rows=tuple(pushed.reshape(n_interface, -1, 6)),
         sensor_rows=tuple(seen.reshape(n_interface, -1, 6)),
-        microphone=10 ** (generator.normal(0, errors.microphone_db, len(fleet.EARS)) / 20),
-        source=10 ** (generator.normal(0, errors.source_db, len(fleet.EARS)) / 20),
-        hammer=1 + float(generator.normal(0, errors.hammer_gain)),
+        powertrain_rows=moved[: -len(SIDES)].reshape(-1, 6),
+        wheel_rows=moved[-len(SIDES) :, :, 0],
+        microphone=microphone,
+        source=source,
+        hammer=hammer,
     )
 
 

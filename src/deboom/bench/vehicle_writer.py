@@ -56,14 +56,21 @@ from deboom.bench.vehicle_acquisition import (
 )
 from deboom.errors import InputError
 from deboom.files.disk import complete_or_not_at_all
-from deboom.files.rows import CampaignChannel, ImpactRow, MountRow, PanelRow, SensorRow
+from deboom.files.inertance_test import ToleranceSection
+from deboom.files.rows import (
+    CampaignChannel,
+    ImpactRow,
+    MountRow,
+    PanelRow,
+    SensorRow,
+    write_torque_table,
+)
 from deboom.files.schema import dump_toml
 from deboom.files.tables import write_table
 from deboom.files.uff import write_uff
 from deboom.files.units import parse_unit
 from deboom.files.vehicle import VEHICLE_FILE, EarEntry, PanelEntry, VehicleFile, VehicleRunEntry
 from deboom.physics.order_tracking import rpm_of_frequency
-from deboom.physics.rigid_body import forward_matrices
 from deboom.progress import Progress
 
 MOUNT_TABLE, SENSOR_TABLE, CHANNEL_TABLE, IMPACT_TABLE, PANEL_TABLE = (
@@ -343,7 +350,7 @@ def _write_run(
     in_car = car.mount_stiffness, car.mount_loss
     run = drive(bench, body, cabin, case.gear, torque, FREQUENCY, *in_car)
     true, heard = at_ears(run, errors.car, generator)
-    acceleration = road_acceleration(bench, setup, run)
+    acceleration = road_acceleration(setup, run)
     if errors.order_tracking is not None:
         levels = errors.order_tracking.acceleration_noise
         acceleration = acceleration + order_noise(acceleration, 3, levels, generator)
@@ -368,6 +375,8 @@ def _write_run(
     ]
     name = f"operating/{case.name}.uff"
     write_uff(session.folder / name, functions, binary=True)
+    stated = bench.ramp.torque(case.torque, rpm)
+    write_torque_table(session.folder / _torque_table(case), FREQUENCY, stated)
     np.savez(
         session.folder / f"truth/{case.name}.npz",
         frequency=run.frequency,
@@ -385,16 +394,17 @@ def _write_run(
     return name
 
 
-def road_acceleration(bench: VirtualBench, setup: Setup, run: CoupledRun) -> ComplexArray:
+def _torque_table(case: PlannedRun) -> str:
+    return f"operating/{case.name}_torque.csv"
+
+
+def road_acceleration(setup: Setup, run: CoupledRun) -> ComplexArray:
     """Return what all accelerometers show of a run, without noise, (f, n_channel) [m/s²].
 
-    Source side, then body side, in sensor axes; sensors on the source side are exact.
+    Source side, then body side, in sensor axes.
     """
-    places = accelerometer_places(bench)
-    on_powertrain = [place.position for place in places if place.point.mount in bench.mount_names]
-    powertrain = run.powertrain @ forward_matrices(on_powertrain).T
-    wheel_ends = np.zeros((run.frequency.size, 3 * run.wheel_ends.shape[1]), dtype=complex)
-    wheel_ends[:, ::3] = run.wheel_ends
+    powertrain = run.powertrain @ setup.powertrain_rows.T
+    wheel_ends = (run.wheel_ends[:, :, np.newaxis] * setup.wheel_rows).reshape(len(powertrain), -1)
     on_body = [run.body_motion[:, number] @ rows.T for number, rows in enumerate(setup.sensor_rows)]
     squared = (2 * np.pi * run.frequency[:, None]) ** 2
     return np.asarray(-squared * np.hstack([powertrain, wheel_ends, *on_body]))
@@ -495,7 +505,22 @@ def _vehicle_file(
                 gear=case.gear,
                 torque_limit_nm=case.torque,
                 file=f"operating/{case.name}.uff",
+                torque_table=_torque_table(case),
             )
             for case in load_cases
         ),
+        tolerances=_tolerances(session.errors.acquisition),
     )
+
+
+def _tolerances(errors: AcquisitionErrors) -> ToleranceSection:
+    """State how well sensors and hammer are placed and calibrated; nothing where they are exact."""
+    stated = {
+        "sensor_gain": errors.accelerometer_gain,
+        "sensor_position_m": errors.sensor_position,
+        "sensor_angle_deg": round(np.rad2deg(errors.sensor_angle), 3),
+        "hammer_gain": errors.hammer_gain,
+        "impact_position_m": errors.impact_position,
+        "impact_angle_deg": round(np.rad2deg(errors.impact_angle), 3),
+    }
+    return ToleranceSection(**{key: value for key, value in stated.items() if value > 0})

@@ -46,8 +46,13 @@ def write_library_json(
     - `path`, `campaigns`, `mounts`: as for `write_library_xlsx`.
     - raises InputError: a folder that cannot be written.
     """
+    replace_text(path, library_json(campaigns, mounts))
+
+
+def library_json(campaigns: Sequence[CampaignRecord], mounts: Sequence[CharacterisedMount]) -> str:
+    """Return what `write_library_json` writes."""
     document = to_document(campaigns, mounts)
-    replace_text(path, json.dumps(document, ensure_ascii=False, allow_nan=False) + "\n")
+    return json.dumps(document, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def read_library_json(

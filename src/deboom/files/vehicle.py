@@ -12,6 +12,7 @@ from pydantic import Field
 
 from deboom.errors import InputError, naming
 from deboom.files.function_table import FRF, Dof, FunctionMatrix
+from deboom.files.inertance_test import ToleranceSection
 from deboom.files.kinds import FolderKind
 from deboom.files.platform import SPECTRA, Engine, EngineTorque, MountEntry, mounts_of
 from deboom.files.rows import (
@@ -21,6 +22,7 @@ from deboom.files.rows import (
     PanelRow,
     SensorRow,
     impact_of,
+    read_torque_table,
     sensor_of,
 )
 from deboom.files.schema import (
@@ -32,6 +34,7 @@ from deboom.files.schema import (
     Several,
     StrictModel,
     Title,
+    assumed_lines,
     beyond_gears,
     doubled,
     for_each,
@@ -52,6 +55,7 @@ from deboom.measurement.noise_transfer import (
     ACCELERATION_PER_VOLUME_ACCELERATION,
     PRESSURE_PER_FORCE,
 )
+from deboom.mounts.mounts_in_car import refuse_unusable
 from deboom.names import look_alikes
 
 VEHICLE_FILE = "vehicle.toml"
@@ -85,6 +89,7 @@ class VehicleRunEntry(StrictModel):
     gear: Number
     torque_limit_nm: EngineTorque
     file: RelativePath  # UFF: pressure at the ears and acceleration, over the dominant order
+    torque_table: RelativePath | None = None  # engine torque at every line, where it was recorded
 
 
 class VehicleFile(StrictModel):
@@ -107,6 +112,7 @@ class VehicleFile(StrictModel):
     ears: AtLeastOne[EarEntry]  # in the order of the results
     mounts: AtLeastOne[MountEntry]  # one without body mass carries the powertrain
     runs: Several[VehicleRunEntry] = ()
+    tolerances: ToleranceSection = ToleranceSection()
 
     def faults(self) -> Iterator[str]:
         """Give a sentence for names and nodes that come twice, and for gears without a ratio."""
@@ -140,16 +146,34 @@ def read_panels(folder: Path, entry: PanelEntry, ears: Sequence[Dof]) -> PanelMe
     )
 
 
-def read_vehicle(folder: Path) -> MeasuredVehicle:
+def read_vehicle(folder: Path | str) -> MeasuredVehicle:
     """Read a vehicle's folder and check that its files fit together.
 
-    - `folder`: holds ``vehicle.toml``.
-    - returns: in SI.
-    - raises InputError: a file that is missing or damaged; a blow, channel or ear without its
-      function, with two of them, or with one of another microphone, type or unit; a mount without
-      blows or sensors; functions whose sign, convention or quantity others deny. The
-      sentence names the file, the item and the remedy.
+    Parameters
+    ----------
+    folder : path
+        Holds ``vehicle.toml`` and what it names.
+
+    Returns
+    -------
+    MeasuredVehicle
+        In SI: functions of hammer and loudspeaker, runs over the engine order, places of sensors
+        and blows.
+
+    Raises
+    ------
+    InputError
+        A file that is missing or damaged; a blow, channel or ear without its function, with two of
+        them, or with one of another microphone, type or unit; a mount without blows or sensors;
+        functions whose sign, convention or quantity others deny. The sentence names the file, the
+        item and the remedy.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.read_vehicle("my_car").points  # doctest: +SKIP
     """
+    folder = Path(folder)
     file = load_toml(folder / VEHICLE_FILE, VehicleFile)
     mount_table = folder / file.mount_table
     with telling() as tell:
@@ -189,6 +213,7 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
     if file.accelerance:
         matrix = FunctionMatrix(folder / file.accelerance, "hammer", (FRF,))
         accelerance = matrix.frf(body_dofs, blows, "acceleration", "m/s^2/N", "(m/s^2)/N")
+    tolerances, defaults = file.tolerances.placement(VEHICLE_FILE)
     vehicle = MeasuredVehicle(
         name=file.name,
         group=file.group,
@@ -213,6 +238,8 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
             lambda entry: _run(folder, file, entry, ears, list(channels.values())), file.runs
         ),
         panels=None if file.panels is None else read_panels(folder, file.panels, sources),
+        tolerances=tolerances,
+        assumed=defaults,
     )
     with naming(folder):
         refuse_contradictions_of_vehicle(vehicle)
@@ -230,14 +257,19 @@ def _run(
     matrix.check_order(
         file.engine.dominant_order, "correct it, or the dominant_order of the engine"
     )
+    pressure = matrix.spectrum(ears, "pressure", "Pa")
+    torque = None
+    if entry.torque_table is not None:
+        torque = read_torque_table(folder / entry.torque_table, pressure.frequency)
     return VehicleRun(
         name=entry.name,
         gear=entry.gear,
         total_ratio=file.engine.total_ratios[entry.gear - 1],
         torque_limit=entry.torque_limit_nm,
         order=file.engine.dominant_order,
-        pressure=matrix.spectrum(ears, "pressure", "Pa"),
+        pressure=pressure,
         acceleration=matrix.spectrum(channels, "acceleration", "m/s^2"),
+        engine_torque=torque,
     )
 
 
@@ -322,6 +354,16 @@ def _lines(folder: Path) -> Iterator[tuple[str, str]]:
     yield "blows", f"{len(vehicle.direct.inputs)} beside {len(vehicle.impacts)} virtual points"
     yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
     yield "runs", ", ".join(run.name for run in vehicle.runs) or "none"
+    try:
+        refuse_unusable(vehicle)
+    except InputError as error:
+        yield "stiffness", f"of the mounts does not follow from this car: {error}"
+    else:
+        yield "stiffness", "of the mounts: deboom run mounts_in_car --vehicle " + folder.as_posix()
+        silent = [run.name for run in vehicle.runs if run.engine_torque is None]
+        if silent:
+            yield "library", f"none of {', '.join(silent)}: no torque_table"
+    yield from assumed_lines(vehicle.assumed)
 
 
 VEHICLE: FolderRecord = FolderRecord(

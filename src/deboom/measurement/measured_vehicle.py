@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
@@ -20,7 +20,7 @@ from deboom.measurement.noise_transfer import (
     reciprocal_noise_transfer,
 )
 from deboom.measurement.quality import HALFWAY, likeness
-from deboom.measurement.sensors import SENSOR_AXES, Impact, Sensor
+from deboom.measurement.sensors import SENSOR_AXES, Impact, PlacementTolerances, Sensor
 from deboom.measurement.virtual_point import (
     ChannelGeometry,
     conditioning,
@@ -48,6 +48,7 @@ class VehicleRun:
 
     - `pressure`, `acceleration`: pressure at the ears [Pa], and all accelerometers in sensor axes
       [m/s²], complex peak.
+    - `engine_torque` (n_frequency,), optional: at every line [N m]; None: not recorded.
     """
 
     name: str
@@ -57,6 +58,7 @@ class VehicleRun:
     order: float
     pressure: Spectrum
     acceleration: Spectrum
+    engine_torque: RealArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +70,8 @@ class MeasuredVehicle:
     - `source_sensors`: sensors on the other side of the mounts: powertrain, wheel ends.
     - `powertrain_mounts`: mounts whose source side is the one rigid powertrain; every other piece
       has a source sensor of its own.
+    - `tolerances`: of sensors, hammer and their places; `assumed`: sentence on those that nobody
+      stated and defaults stand in for.
     """
 
     name: str
@@ -83,6 +87,8 @@ class MeasuredVehicle:
     accelerance: Frf | None
     runs: tuple[VehicleRun, ...]
     panels: PanelMeasurement | None = None
+    tolerances: PlacementTolerances = field(default_factory=PlacementTolerances)
+    assumed: tuple[str, ...] = ()
 
     @property
     def points(self) -> tuple[str, ...]:

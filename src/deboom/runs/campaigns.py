@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from deboom.arrays import ComplexArray
 from deboom.bench.campaign import (
     NO_ERRORS,
     TRAINING_RUNS,
@@ -56,6 +58,8 @@ from deboom.mounts.characterise import (
 from deboom.mounts.characterised_bench import CharacterisedBench
 from deboom.mounts.characterised_mount import CharacterisedMount, MapPoints
 from deboom.mounts.library import MountLibrary, open_library
+from deboom.mounts.mounts_in_car import MountsInCar, mounts_in_car
+from deboom.pages.mounts_in_car import MeasuredInCar
 from deboom.progress import Progress
 from deboom.vehicles.synthesis import DrivenVehicle, DrivenVehicles, VehicleTruth, bench_sets
 
@@ -321,6 +325,52 @@ def virtual_vehicles(
                 driven.append(_driven(car, run, parts))
     progress(total, total, "")
     return DrivenVehicles(campaign, run, benches, tuple(driven))
+
+
+def mounts_in_given_car(folder: Path, seed: int, progress: Progress) -> MeasuredInCar:
+    """Find the stiffness of the mounts of a user's car, and the truth where there is one.
+
+    - `folder`: of the vehicle; `seed`: of the draws of the intervals.
+    - raises InputError: a vehicle that cannot be read, see `mounts_in_car`.
+    """
+    progress(0, 2, "reading the car")
+    vehicle = read_vehicle(folder)
+    progress(1, 2, "stiffness of the mounts")
+    with threadpool_limits(1):  # its matrices are too small to share
+        result = mounts_in_car(vehicle, seed=seed)
+    progress(2, 2, "")
+    truth = {}
+    for run in result.runs:
+        arrays = read_vehicle_truth(folder, run.load_case.name)
+        if arrays is not None:
+            truth[run.load_case.name] = _true_stiffness(arrays[0], result)
+    files = tuple(path for path in sorted(folder.rglob("*")) if path.is_file())
+    measured = [path for path in files if path.parent.name != "truth"]
+    return MeasuredInCar(result, truth, hash_files(measured, relative_to=folder), files)
+
+
+def mounts_in_virtual_car(
+    seed: int, progress: Progress, *, truth_seed: int = 1, family: str = ""
+) -> MeasuredInCar:
+    """Measure a virtual car and find the stiffness of its mounts; keep no files.
+
+    - `seed`: of all errors, from 1.
+    - `truth_seed`, `family`: as of `virtual_vehicles`.
+    """
+    with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
+        folder = Path(temporary) / "car"
+        progress(0, 2, "measuring the car")
+        write_vehicle(folder, seed, truth_seed=truth_seed, family=family)
+        return replace(mounts_in_given_car(folder, seed, progress), inputs=())
+
+
+def _true_stiffness(driven: Mapping[str, Any], result: MountsInCar) -> ComplexArray:
+    """Return the true stiffness of each direction; pieces are alike."""
+    channels = driven["channels"].tolist()
+    columns = []
+    for mount in result.vehicle.mounts:
+        columns += [channels.index(mount.channels(axis)[0]) for axis in mount.transfer_axes]
+    return np.asarray(driven["stiffness"][:, columns])
 
 
 def _driven(folder: Path, run: str, mount_set: str) -> DrivenVehicle:

@@ -1,6 +1,6 @@
 """
-Tutorial: compressor mounts, from hammer blows to the supplier's sheet
-======================================================================
+Tutorial 2: compressor mounts, from hammer blows to the supplier's sheet
+========================================================================
 
 A refrigerant compressor under the hammer, running, and in an electric car: its mounts and mass, its
 unbalance, what the driver hears of it, and the sheet for mounts that make it quieter. ``shell``

@@ -1,6 +1,6 @@
 """
-Tutorial: engine mounts, from files to the supplier's sheet
-===========================================================
+Tutorial 1: engine mounts, from files to the supplier's sheet
+=============================================================
 
 A platform of measurement files becomes a robust front, acceptance intervals and the sheet that a
 mount supplier quotes, and a delivery is judged by it. ``shell`` types a command into a terminal in

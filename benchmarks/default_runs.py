@@ -2,8 +2,11 @@
 
 Every study that needs no folder runs once, as `deboom run STUDY` does. Its user and system seconds,
 those of its processes too, are divided by those of the fixed work beside it: ratios carry over to
-other machines, and `x recorded` shows a study that grew slower. The first run of all compiles, and
-counts more. `python benchmarks/default_runs.py [STUDY ...]` records ratios in `default_runs.csv`.
+other machines, and `x recorded` shows a study that grew slower.
+
+`python benchmarks/default_runs.py [STUDY ...]` records ratios in `default_runs.csv`: of all studies
+in some minutes, on cores that do nothing else. Loops must be compiled before, by any run of
+`deboom run front`, or the first study counts that as well.
 """
 
 from __future__ import annotations
@@ -14,11 +17,9 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import get_type_hints
 
 import numpy as np
 import pandas as pd
-from typer.models import ArgumentInfo
 
 from deboom.runs.runner import load_study
 
@@ -38,17 +39,12 @@ def report() -> str:
 
 def default_studies() -> list[str]:
     """Names of the studies that run without an argument."""
-    names = sorted(path.stem for path in STUDIES.glob("[!_]*.py"))
-    return [name for name in names if not _arguments(name)]
-
-
-def _arguments(name: str) -> list[str]:
-    hints = get_type_hints(load_study(name).module.Options, include_extras=True)
-    return [option for option, hint in hints.items() if _is_argument(hint)]
-
-
-def _is_argument(hint: object) -> bool:
-    return any(isinstance(each, ArgumentInfo) for each in getattr(hint, "__metadata__", ()))
+    studies = (load_study(path.stem) for path in sorted(STUDIES.glob("[!_]*.py")))
+    return [
+        study.name
+        for study in studies
+        if all(option.default is not option.empty for option in study.parameters.values())
+    ]
 
 
 def measured(names: list[str]) -> pd.DataFrame:
@@ -68,6 +64,7 @@ def _run(name: str) -> tuple[float, float]:
     with tempfile.TemporaryDirectory() as out:
         command = [sys.executable, "-m", "deboom", "run", name, "--out", out]
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+        print(f"{name} …", file=sys.stderr)
         with subprocess.Popen(
             command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         ) as process:

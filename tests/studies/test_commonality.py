@@ -26,7 +26,7 @@ def test_shared_mounts_keep_the_limit_of_every_vehicle(finished, summary):
 
 
 def test_cars_are_told_what_their_own_shared_mounts_are_expected_to_change(tmp_path):
-    options = {**BUDGET, "motion": Motion.coupled, "starts": 1}
+    options = {**BUDGET, "motion": Motion.coupled, "starts": 1, "band": (24.0, 40.0)}
     run = run_study(STUDY, tmp_path, {**options, "allowed": 0.5})
     summary = json.loads((run / "summary.json").read_text())
     table = read_frame(run / "expected.csv").set_index("vehicle")

@@ -47,6 +47,7 @@ EFFORT = {
     "deboom.studies.solution_box": {"GENERATIONS": 8, "DRAWS": 40, "PARTS": 256},
     "deboom.pages.solution_box": {"SHOWN_PARTS": 512},
     "deboom.studies.commonality": {"DRAWS": 1024, "ROUNDS": 1},
+    "deboom.vehicles.expected_change": {"BODIES_TO_RANK": 2},
 }
 """What studies have no options for."""
 

@@ -77,10 +77,14 @@ def test_fronts_are_compared_and_begin_a_box():
     np.testing.assert_array_equal(begin, front.designs[front.picks["best-mean"]])
 
 
-def test_pages_for_a_supplier_and_to_explore_are_made_of_a_run_box_and_sheet(tmp_path):
+def test_sheets_for_a_supplier_are_made_of_a_run_box_and_sheet(tmp_path):
     words = ("--box", BOX, "--since", SHEET, "--mount", "TSM", "--out", tmp_path)
-    call("report", FRONT, "--supplier", *words, "--interactive")
+    call("report", FRONT, "--supplier", *words)
     assert FRONT.name in (tmp_path / "supplier_sheet_TSM.html").read_text("utf-8")
+
+
+def test_a_page_to_explore_is_made_of_a_run(tmp_path):
+    call("report", FRONT, "--interactive", "--out", tmp_path)
     assert "best-mean = none-louder" in (tmp_path / "interactive.html").read_text("utf-8")
 
 

@@ -64,7 +64,8 @@ def test_other_questions_change_places_with_what_stands_beside(thesis_run):
     assert facts["variables"] == "tolerance: gaussian, cut at ±3 σ, from 0.85 to 1.15"
 
 
-def test_one_mount_one_vehicle_and_few_lines_are_enough(monkeypatch):
+@pytest.mark.usefixtures("plain_loops")
+def test_one_mount_one_vehicle_and_few_lines_are_enough():
     data = read_platform(PLATFORM)
     small = replace(data, mounts=data.mounts[:1])
     fleet = Fleet(data.fleet.vehicles[-1:])

@@ -21,6 +21,7 @@ from deboom.runs import runner
 from deboom.runs.runner import load_study
 from deboom.supplier import numbers as supplier_numbers
 from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.expected_change import N_DRAWS, Information
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE_RUN = ROOT / "results" / "sensitivity" / "example"
@@ -99,6 +100,7 @@ def shared_runs(monkeypatch, made_once, front_run):
     monkeypatch.setattr(box, "GENERATIONS", 1)
     monkeypatch.setattr(selection._Goal, "descend", lambda _goal, _name, start: start)
     monkeypatch.setattr(supplier_numbers, "REPETITIONS", 40)
+    monkeypatch.setitem(N_DRAWS, Information.unknown, 16)
 
     front = made_once("guide_front", partial(as_installed, front_run))
 

@@ -129,7 +129,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     """Search, verify and report."""
     with progress_bar("commonality") as progress:
         shared = _shared(model, options, progress)
-    limits_in_words = f"{options.allowed:g} dB above what mounts of its own would give it"
+    limits_in_words = f"its level with mounts of its own plus {options.allowed:g} dB"
     if options.limits is not None:
         limits_in_words = f"the limits of {options.limits.name}"
     of_limits = (options.limits,) if options.limits is not None else ()

@@ -112,7 +112,10 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     """Choose designs, draw the measurements again and report."""
     designs = _designs(model, options, context)
     repeated = _measure_again(model, designs, options)
-    report = uncertainty_report(repeated, model.inputs)
+    origin = "a quick search of this study; --front RUN takes that of a finished front"
+    if options.front is not None:
+        origin = f"the front {options.front.name}"
+    report = uncertainty_report(repeated, model.inputs, origin)
     report_runs(report, model.runs)
     return report
 

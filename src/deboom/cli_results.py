@@ -72,7 +72,7 @@ def report(
         bool, typer.Option("--interactive", help="Write a page with sliders, to explore designs.")
     ] = False,
     beside: Annotated[
-        Path | None, typer.Option(help="Run whose front is drawn beside the front of RUN.")
+        Path | None, typer.Option(help="Run whose front is drawn next to that of RUN.")
     ] = None,
     vehicle: Annotated[
         list[str] | None,
@@ -370,9 +370,9 @@ def thesis(
     """Run what the thesis of deboom's method ran, and write its figures and numbers side by side.
 
     The page follows the chapters of the thesis: each figure and table with its command, its
-    picture, and the numbers of the runs beside those that the thesis prints. Everything runs on the
-    virtual test bench and takes about a quarter of an hour. Finished runs of the same code are not
-    run again, so an interrupted call goes on. The last line of the output is the page.
+    picture, and the numbers of the runs next to those that the thesis prints. Everything runs on
+    the virtual test bench and takes about a quarter of an hour. Finished runs of the same code are
+    not run again, so an interrupted call goes on. The last line of the output is the page.
     """
     from deboom.runs.thesis import rerun_thesis
 

@@ -365,7 +365,7 @@ def test_the_size_of_an_unbalance_with_its_worst_direction():
     ("state", "words"),
     [
         ({"hoses": HoseState.STANDARD}, "run with long soft hoses"),
-        ({"share": 0.08}, "8.0% of the load in 90-120 Hz comes from no rotor"),
+        ({"share": 0.08}, "8.0 % of the load in 90-120 Hz comes from no rotor"),
         ({"presence": (HosePresence("sweep one", 5.0, 0.3),)}, "they were attached"),
         ({"chi": 2.5}, "residuals are 2.50 times the noise"),
         ({"converged": False}, "no rotor, gas and mounts explain the sweeps"),

@@ -81,7 +81,7 @@ def test_alarms_name_one_cause():
     solution = SimpleNamespace(residual_bands=(), reduced_chi=1.0, remaining_chi=1.0)
     assert load_alarms((sweep(),), solution, 0.0, state) == ("changed",)
     state.changed, solution.reduced_chi = False, 7.0
-    assert "by some 3.0% per direction" in load_alarms((sweep(),), solution, 0.03, state)[0]
+    assert "by some 3.0 % per direction" in load_alarms((sweep(),), solution, 0.03, state)[0]
     solution.remaining_chi = 5.0
     assert "5.0 times their noise" in load_alarms((sweep(),), solution, 0.03, state)[0]
     solution.residual_bands, state.changed = (ResidualBand(90, 120, 0.08, 6.0),), True

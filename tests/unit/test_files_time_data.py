@@ -832,7 +832,7 @@ def test_messages_of_a_bus_are_interpolated_at_their_instants(tmp_path):
     time, values = read.functions[1].abscissa, read.functions[1].values
     exact = 50 + 20 * time + 8 * np.sin(2 * np.pi * 5 * time)
     np.testing.assert_allclose(values[50:-50], exact[50:-50], atol=0.03)
-    assert "100.058 Hz to 4096 Hz, between instants up to 30% of a step off" in read.notes[0]
+    assert "100.058 Hz to 4096 Hz, between instants up to 30 % of a step off" in read.notes[0]
     write(np.delete(np.arange(200), 77))
     with pytest.raises(InputError, match=r"engine torque\) has no value between 0.76"):
         time_functions(path, ROWS)

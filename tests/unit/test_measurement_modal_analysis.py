@@ -83,7 +83,7 @@ def test_modes_closer_than_the_width_stay_two():
 
 def test_no_stable_pole_is_said():
     by_order = {k: np.array([pole(25.0 + 3 * (k % 5), 0.02)]) for k in range(4, 12)}
-    with pytest.raises(InputError, match="no pole between 20 and 60 Hz is stable over 25%"):
+    with pytest.raises(InputError, match="no pole between 20 and 60 Hz is stable over 25 %"):
         modal.pole_clusters(modal.stabilisation_chart(by_order, BAND))
 
 

@@ -12,7 +12,7 @@ from deboom.errors import InputError
 from deboom.files.check import check_platform
 from deboom.files.platform import read_platform
 from deboom.files.uncertain_index import uncertain_index
-from deboom.pages.front_answer import weights_sentence
+from deboom.pages.front_answer import report_loudest, weights_sentence
 from deboom.pages.platform_front import PlatformFront
 from deboom.pages.receivers import (
     idle_table,
@@ -21,7 +21,7 @@ from deboom.pages.receivers import (
     vibration_table,
     worse_sentence,
 )
-from deboom.report import Report
+from deboom.report import Picture, Report
 from deboom.runs.options import AimOptions
 from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.fleet_front import FleetFront
@@ -79,6 +79,23 @@ def test_a_check_names_receivers_and_takes_the_level_of_ears(view):
         "orders "
     )
     assert "dB(Wk) re 1 µm/s² in U06-1, seat rail z" in idle
+
+
+def test_the_shade_of_the_loudest_ear_is_about_its_own_curve(view):
+    # an ear that is not the first response: the driver's is not asked for
+    fleet = FleetFront(view.front)
+    vars(fleet)["ears"] = np.array([1])
+    report = Report("title", "question")
+    report.answer("verdict")
+    report_loudest(report, fleet, view.best, lambda x: view.index.pressure(x)[:, [1]], "run-up")
+    (picture,) = (block for block in report.panels[0].blocks if isinstance(block, Picture))
+    axes = picture.drawing().axes[0]
+    (shade,) = axes.collections
+    _, line = axes.lines  # today, new
+    frequency, level = shade.get_paths()[0].vertices.T
+    for x, y in line.get_xydata():
+        ends = level[np.isclose(frequency, x)]
+        assert ends.min() - 0.5 < y < ends.max() + 0.5
 
 
 def test_what_vibrates_more_stands_first(view):

@@ -1,7 +1,5 @@
 """Cars as made: how many keep a level, and which level most of them keep."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from scipy.stats import norm
@@ -177,5 +175,4 @@ def test_the_sentence_on_peaks_counts_those_of_today(right, words):
         np.interp(lines, [20.0, 25.0, 30.0, 35.0, 40.0], [50.0, boom, 58.0, side, 50.0])
         for boom, side in ((70.0, 62.0), (66.0, right))
     ]
-    fleet = SimpleNamespace(peak_changes=lambda _: {"car": compare_peaks(*levels, lines, 2.0)})
-    assert peaks_sentence(fleet, np.ones(1)) == words
+    assert peaks_sentence({"car": compare_peaks(*levels, lines, 2.0)}) == words

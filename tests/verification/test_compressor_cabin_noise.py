@@ -127,7 +127,7 @@ def test_draws_of_the_mounts_scatter_as_their_covariance_says(running_1):
     assert not shares.identical
     assert shares.alarms
     assert "contradict" in shares.alarms[0]
-    assert "refutes identical round mounts" in shares.statement
+    assert "the mounts are not identical and round" in shares.statement
     alike = mount_shares(running_1.identification, uneven, position=1e-5, identical=True)
     stiffness = np.array([mount.stiffness for mount in alike.mounts])
     assert alike.identical

@@ -102,7 +102,7 @@ def test_mounts_as_struck():
     assert source.alarms == ()
     assert source.notices == ()
     # 0.05 N are 22 % of 20 g mm at 17 Hz
-    assert "22% of the unbalance at 17 Hz" in source.agreement
+    assert "22 % of the unbalance at 17 Hz" in source.agreement
     assert source.sense.sense is RotationSense.POSITIVE
     assert not source.state.changed
     for sweep in source.chosen.sweeps:

@@ -13,7 +13,7 @@ from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.files.uncertain_index import uncertain_index
 from deboom.mounts.mount import RubberInCar
-from deboom.pages.front_answer import expected_sentence, report_expected
+from deboom.pages.front_answer import model_sentence, report_expected
 from deboom.report import Report
 from deboom.vehicles import change_prior as prior
 from deboom.vehicles import expected_change as expected
@@ -201,9 +201,9 @@ def test_what_driving_points_would_narrow_is_the_width_that_their_draws_have(pla
     same = stated(replace(draws, struck=draws.drawn[np.newaxis]))
     np.testing.assert_allclose(same.with_points, ratio)
     narrower = replace(shown.of(0), with_points=np.array(0.62))
-    assert "narrow the interval of a car by about 40 %" in expected_sentence(narrower, -2.0)
+    assert "narrow the interval of a car by about 40 %" in model_sentence(narrower, -2.0)
     hardly = replace(narrower, with_points=np.array(1.1))
-    assert "would hardly narrow the interval" in expected_sentence(hardly, -2.0)
+    assert "would hardly narrow the interval" in model_sentence(hardly, -2.0)
 
 
 def test_noise_of_driving_points_is_seen_between_lines(platform):
@@ -232,7 +232,7 @@ def test_more_information_narrows_and_the_seed_decides(platform):
         assert np.all(shown.mean.high - shown.mean.low < (cars.high - cars.low).max(axis=1))
         assert np.all(shown.worst.expected >= shown.mean.expected)
         widths.append(np.mean(cars.high[0] - cars.low[0]))
-        words, told = expected_sentence(shown.of(0), -2.0), information is Information.receptances
+        words, told = model_sentence(shown.of(0), -2.0), information is Information.receptances
         assert ("The loudest line of a car is expected to change by" in words) == told
         assert ("The loudest line of a car may change by" in words) != told
         points = information is Information.driving_points

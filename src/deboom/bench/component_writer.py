@@ -173,7 +173,9 @@ def write_component_test(
     at_points = _at_points(plan, errors, rig.draw(seed, _PLACING))
     setup = _on_assembly(at_points, truth, errors, rig.draw(seed, _PLACING, 1))
     hits = _hit_plan(lines, noise_free=noise_free)
-    title = f"virtual drive unit {truth_seed} in a car, level {level.value}, seed {seed}"
+    title = (
+        f"virtual drive unit {truth_seed} in a car, calibration level {level.value}, seed {seed}"
+    )
     gains = np.zeros(len(EARS)) if noise_free else rig.draw(seed, _EARS).normal(0, 1, len(EARS))
     microphones = 10 ** (electric_car.MICROPHONE_DB * gains / 20)
     whole = bolted(truth.source, truth.first.body, plan.joints)

@@ -12,7 +12,7 @@ import numpy as np
 from deboom.arrays import AXES, ComplexArray, RealArray, RealOrComplexArray
 from deboom.bench import compressor_rig as rig
 from deboom.bench import compressor_truth, writing
-from deboom.bench.choices import CalibrationLevel
+from deboom.bench.choices import CalibrationLevel, CompressorCase
 from deboom.bench.powertrain import read_data
 from deboom.files import operating_test, rows, tables
 from deboom.files.disk import complete_or_not_at_all
@@ -33,6 +33,11 @@ TACHO_NODE = 1
 POSITIONS, FRF_FILE, COHERENCE_FILE, HITS = "positions.xlsx", "frf.uff", "coherence.uff", "hits"
 HAMMER, HAMMER_WITH_HOSES, SWEEPS, SENSORS = "hammer", "hammer_with_hoses", "sweeps", "sensors.csv"
 RECORD_NAME = "soft 7.5 bar over time"
+ORIGIN = {
+    CompressorCase.TABLE11: "of the thesis's table 11",
+    CompressorCase.RANDOM: "drawn at random",
+}
+"""In names of tests."""
 
 SCALES = 1e-3
 """Standard deviation of the weighed mass: a kitchen scale [1]."""
@@ -123,7 +128,7 @@ def write_compressor_test(
     hits = rig.without_noise(rig.hit_plan()) if noise_free else rig.hit_plan()
     # who strikes a second time, now with hoses, makes other errors
     striking = rig.STRIKING if plan.hoses is None else rig.STRIKING_WITH_HOSES
-    title = f"virtual compressor, {plan.case.value}, level {level.value}, seed {seed}"
+    title = f"virtual compressor {ORIGIN[plan.case]}, calibration level {level.value}, seed {seed}"
     if plan.hoses is not None:
         title += ", with hoses"
     weighed = lab.compressor.mass
@@ -340,7 +345,10 @@ def write_operating_test(
     if plan.time_record:
         noise = None if noise_free else rig.draw(seed, rig.RUNNING, len(sweeps))
         record = rig.run_up(running_lab, rig.PRESSURES[0], noise)
-    title = f"running compressor, {plan.compressor.case.value}, level {level.value}, seed {seed}"
+    title = (
+        f"running compressor {ORIGIN[plan.compressor.case]}, calibration level {level.value}, "
+        f"seed {seed}"
+    )
     with complete_or_not_at_all(Path(folder)) as unfinished:
         write_hammer_tests(unfinished, seed, level, plan, noise_free=noise_free)
         write_operation(unfinished, title, plan, running_lab, sweeps, channels, record=record)

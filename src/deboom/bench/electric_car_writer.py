@@ -140,7 +140,7 @@ def write_electric_car(
     frfs = electric_car.strike_body(
         body, setup, hits, cabin_noise, sensors[1], rig.draw(seed, _STRIKING)
     )
-    title = f"virtual electric car {car}, level {level.value}, seed {seed}"
+    title = f"virtual electric car {car}, calibration level {level.value}, seed {seed}"
     holders = tuple(
         (mount, electric_car.FIRST_HOLDER_NODE + number)
         for number, mount in enumerate(electric_car.MOUNTS)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import gamma
 
-from deboom.arrays import BoolArray, ComplexArray, RealArray
+from deboom.arrays import PERCENT, BoolArray, ComplexArray, RealArray
 from deboom.compressor.hose_identification import DRAWN
 from deboom.compressor.hoses import (
     SweepPair,
@@ -67,10 +67,11 @@ class ReactionBand:
         where = f"{self.low:.0f} to {self.high:.0f} Hz"
         if self.detected:
             return (
-                f"In {where} the hoses push back with {self.share:.1%} of the source's load (floor "
-                f"{self.floor:.1%})."
+                f"In {where} the hoses push back with {PERCENT * self.share:.1f} % of the source's "
+                f"load (floor {PERCENT * self.floor:.1f} %)."
             )
-        return f"In {where} no reaction of the hoses rises above the floor of {self.floor:.1%}."
+        floor = PERCENT * self.floor
+        return f"In {where} no reaction of the hoses rises above the floor of {floor:.1f} %."
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from deboom.arrays import BoolArray, RealArray, checked, short_repr
+from deboom.arrays import PERCENT, BoolArray, RealArray, checked, short_repr
 from deboom.compressor.inertance_fit import THESIS_BANDS, PointFit
 from deboom.compressor.model import ModalTable, RigidLimit
 from deboom.compressor.parameter_information import Knowledge, quantities, quantity_deviations
@@ -73,12 +73,12 @@ class HosePresence:
         missed = f"{self.where} is missed by {self.misfit:.1f} times its uncertainty without hoses"
         if self.visible:
             return (
-                f"{missed}, and the drawn hoses explain {self.explained:.0%} of that: they were "
-                "attached, whatever the label says."
+                f"{missed}, and the drawn hoses explain {PERCENT * self.explained:.0f} % of that: "
+                "they were attached, whatever the label says."
             )
         return (
-            f"{missed}, and the drawn hoses explain {self.explained:.0%} of that only: something "
-            "else is at work, such as a flexible receiver or a hose unlike its drawing."
+            f"{missed}, and the drawn hoses explain {PERCENT * self.explained:.0f} % of that only: "
+            "something else is at work, such as a flexible receiver or a hose unlike its drawing."
         )
 
 
@@ -163,7 +163,7 @@ class Identification(Tabled):
             if check.reduced_chi > ALARM:
                 alarms.append(
                     f"Held out, {check.what} are missed by {check.reduced_chi:.2f} times the noise "
-                    f"(alarm at {ALARM:g}), {check.relative_error:.1%} of their size."
+                    f"(alarm at {ALARM:g}), {PERCENT * check.relative_error:.1f} % of their size."
                 )
         off = misplaced(self.calibrated, self.test.tolerances)
         if off:

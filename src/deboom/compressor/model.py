@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import DOFS, ComplexArray, RealArray, RealOrComplexArray, checked
+from deboom.arrays import DOFS, PERCENT, ComplexArray, RealArray, RealOrComplexArray, checked
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.forced_response import SMALLEST_AMPLITUDE, ConvergenceError, forced_response
@@ -424,8 +424,8 @@ class RigidLimit:
                 f"The mass line does not drift: the compressor is rigid to {self.highest:.0f} Hz."
             )
         return (
-            f"The apparent mass drifts by {self.drift:.1%} to {self.highest:.0f} Hz: the rigid "
-            f"model holds to {self.holds_to:.0f} Hz; fit lines below it only."
+            f"The apparent mass drifts by {PERCENT * self.drift:.1f} % to {self.highest:.0f} Hz: "
+            f"the rigid model holds to {self.holds_to:.0f} Hz; fit lines below it only."
         )
 
 

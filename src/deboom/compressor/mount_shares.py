@@ -113,9 +113,9 @@ class MountShares:
                 f"{self.identical_probability:.2g}) and then shows what each of them carries."
             )
         return (
-            "The hammer test refutes identical round mounts (probability "
+            "By the hammer test the mounts are not identical and round (probability "
             f"{_power(self.identical_probability)}). It shows the stiffness of all of them "
-            "together; how they share it comes from their drawing, and the bands contain what that "
+            "together. How they share it comes from their drawing, and the bands contain what that "
             "leaves open."
         )
 

@@ -9,7 +9,7 @@ from statistics import NormalDist
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import BoolArray, ComplexArray, RealArray, RealOrComplexArray
+from deboom.arrays import PERCENT, BoolArray, ComplexArray, RealArray, RealOrComplexArray
 from deboom.compressor.identified_compressor import ALARM
 from deboom.compressor.model import applied
 from deboom.compressor.operating_fit import SourceFit
@@ -30,7 +30,7 @@ NEIGHBOURS = 5
 """Lines over which residuals are averaged: one line alone says little."""
 PASCAL_PER_BAR = 1e5
 _CAUSES = (
-    "mostly because the mounts in operation are not those that were struck, or may not be",
+    "mostly because the mounts in operation may differ from those that were struck",
     "mostly because places and gains of impacts and sensors are not known better",
     "mostly because of noise in sweep and hammer test",
 )
@@ -357,7 +357,7 @@ def unbalance_curve(
         lines = wide & (cause == number)
         if lines.any():
             worst = float(np.max(both.relative[lines]))
-            reasons[f"{_where(frequency, lines)}: up to ±{worst:.0%}, {words}"] = lines
+            reasons[f"{_where(frequency, lines)}: up to ±{PERCENT * worst:.0f} %, {words}"] = lines
     if unexplained.any():
         text = f"{_where(frequency, unexplained)}: the load is not that of a rotor, gas and mounts"
         reasons[f"{text}: look for hoses and loose parts"] = unexplained

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import PERCENT, ComplexArray, RealArray, checked
 from deboom.compressor.hammer_identification import calibration_of
 from deboom.compressor.hose_presence import hoses_in_sweep
 from deboom.compressor.identified_compressor import ALARM, HosePresence, Identification
@@ -245,11 +245,12 @@ class Unbalance(Tabled):
         lowest = min(float(sweep.frequency[0]) for sweep in result.sweeps)
         share = abs(gas.value) / (abs(result.sources.static.value) * (2 * np.pi * lowest) ** 2)
         return (
-            f"Static unbalance from y and from z agree to {self.mismatch_above:.1%} above "
-            f"{AGREEMENT_ABOVE:g} Hz. That is no proof: the rotating gas force of "
-            f"{abs(gas.value):.3f} ± {gas.deviation:.3f} N passes the same check and makes up "
-            f"{share:.0%} of the unbalance at {lowest:g} Hz; only that it does not grow with the "
-            "square of the speed tells it apart."
+            "Static unbalance from y and from z agree to "
+            f"{PERCENT * self.mismatch_above:.1f} % above {AGREEMENT_ABOVE:g} Hz. That is "
+            f"no proof: the rotating gas force of {abs(gas.value):.3f} ± {gas.deviation:.3f} N "
+            f"passes the same check and makes up {PERCENT * share:.0f} % of the unbalance at "
+            f"{lowest:g} Hz; only that it does not grow with the square of the speed tells it "
+            "apart."
         )
 
     def by_letter(self, letter: str) -> RouteResult:
@@ -654,8 +655,8 @@ def hose_alarms(sweeps: Sequence[OperatingSweep], bands: Sequence[ResidualBand])
         return ()
     worst = max(seen, key=lambda band: band.share)
     text = (
-        f"{worst.share:.1%} of the load in {worst.low:g}-{worst.high:g} Hz comes from no rotor and "
-        "no gas, as it does with hoses joined"
+        f"{PERCENT * worst.share:.1f} % of the load in {worst.low:g}-{worst.high:g} Hz comes from "
+        "no rotor and no gas, as it does with hoses joined"
     )
     if all(sweep.hoses is not HoseState.STANDARD for sweep in sweeps):
         text += (
@@ -684,8 +685,8 @@ def load_alarms(
     elif sources.reduced_chi > ALARM:
         alarms.append(
             f"One factor for all mounts misses the loads by {sources.reduced_chi:.1f} times their "
-            f"noise (alarm at {ALARM:g}): the mounts have changed by some {mismatch:.1%} per "
-            "direction besides, as they do where they soften with their own motion. The numbers "
-            "of all speeds together allow for it."
+            f"noise (alarm at {ALARM:g}): the mounts have changed by some {PERCENT * mismatch:.1f} "
+            "% per direction besides, as they do where they soften with their own motion. The "
+            "numbers of all speeds together allow for it."
         )
     return tuple(alarms)

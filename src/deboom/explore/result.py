@@ -669,11 +669,15 @@ class Front(Tabled):
     @property
     def text(self) -> str:
         """How many designs were evaluated and are left, in words."""
+        shown = ""
+        if len(self.values) < len(self.search.front):
+            shown = (
+                f"; tables and figures show {len(self.values)} of them, the picks and those that "
+                "add most"
+            )
         text = (
             f"{self.search.n_evaluated} designs were evaluated, {self.search.n_failed} failed"
-            f"{self._reason}; "
-            f"{len(self.search.front)} are on the front, of which tables and figures have "
-            f"{len(self.values)}, those that add most to it and all picks. {self.note}"
+            f"{self._reason}. The front has {len(self.search.front)} designs{shown}. {self.note}"
         )
         if self.judged_by:
             text += (

@@ -19,7 +19,7 @@ from scipy.interpolate import CubicSpline
 from scipy.io import wavfile
 from scipy.signal import resample_poly
 
-from deboom.arrays import RealArray
+from deboom.arrays import PERCENT, RealArray
 from deboom.errors import InputError, naming
 from deboom.files.binary_formats import HDF5, MATLAB, MDF, TDMS
 from deboom.files.disk import (
@@ -290,7 +290,11 @@ def _on_one_raster(
             worst, _ = _unevenness(function.abscissa)
             even = worst <= LARGEST_JITTER
             values = (_resampled if even else _interpolated)(function, shared)
-            way = "band-limited" if even else f"between instants up to {worst:.0%} of a step off"
+            way = (
+                "band-limited"
+                if even
+                else f"between instants up to {PERCENT * worst:.0f} % of a step off"
+            )
             resampled[f"from {rate:.6g} Hz to {rates[fastest]:.6g} Hz, {way}"].append(label)
         on_raster.append(replace(function, abscissa=shared, values=values))
     notes = [f"resampled {how}: {_listed(names)}" for how, names in resampled.items()]

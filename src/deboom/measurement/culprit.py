@@ -18,7 +18,7 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import PERCENT, ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.sensors import SENSOR_AXES, PlacementTolerances, Sensor, Tolerances
@@ -733,8 +733,9 @@ class Exchange:
     def verdict(self) -> str:
         """One sentence."""
         return (
-            f"{self.first} and {self.second} are exchanged: {self.disagreement:.0%} of the signal "
-            f"contradict a rigid body, {self.left:.1%} once they are changed back"
+            f"{self.first} and {self.second} are exchanged: {PERCENT * self.disagreement:.0f} % of "
+            f"the signal contradict a rigid body, {PERCENT * self.left:.1f} % once they are "
+            "changed back"
         )
 
 

@@ -14,7 +14,7 @@ from scipy.linalg import toeplitz
 from scipy.ndimage import uniform_filter1d
 from scipy.optimize import least_squares
 
-from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
+from deboom.arrays import PERCENT, BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.physics.frf import FrfForm, mac
@@ -236,8 +236,9 @@ def pole_clusters(
     if not clusters:
         low, high = chart.band
         raise InputError(
-            f"no pole between {low:g} and {high:g} Hz is stable over {smallest_share:.0%} of the "
-            "orders: widen the band, raise the order, or measure with less noise"
+            f"no pole between {low:g} and {high:g} Hz is stable over "
+            f"{PERCENT * smallest_share:.0f} % of the orders: widen the band, raise the order, or "
+            "measure with less noise"
         )
     return tuple(np.array(clusters, dtype=object)[_without_doubles(clusters)])
 

@@ -14,11 +14,14 @@ from openpyxl.utils import get_column_letter
 from deboom import plot
 from deboom.arrays import PERCENT, RealArray
 from deboom.explore.sharing import SeparateOptima, SharedDesign, SharingProblem
+from deboom.measurement.booming_peaks import compare_peaks
 from deboom.pages.front_answer import (
     abbreviations,
+    certainty_sentence,
     expected_column,
     expected_on_average,
-    expected_sentence,
+    model_sentence,
+    peaks_sentence,
     report_expected,
     report_expected_numbers,
 )
@@ -108,15 +111,15 @@ def commonality_report(
     """Report how few part numbers serve all vehicles.
 
     - `runs`, `index`: platform and model of the levels.
-    - `limits_in_words`: what the cars keep.
+    - `limits_in_words`: what the cars stay below.
     - `inputs`: files read.
     - `run`: its name.
     """
     vehicles = shared.problem.vehicles
     report = Report(
         "Mounts that vehicles can share",
-        f"How few mount part numbers serve {len(vehicles)} vehicles, if {shared.share:.0%} "
-        f"of the cars of each are to keep {limits_in_words}?",
+        f"How few mount part numbers serve {len(vehicles)} vehicles, if "
+        f"{PERCENT * shared.share:.0f} % of the cars of each are to stay below {limits_in_words}?",
     )
     report.explain("booming noise", "SPLV", "stiffness factor", "tolerance")
     _warn_of_short_ones(report, shared)
@@ -124,7 +127,7 @@ def commonality_report(
     _numbers(report, shared)
     report.facts["kernel"] = index.kernel
     report.inputs += inputs
-    _answer(report, shared, limits_in_words, abbreviations(runs.platform.mounts))
+    _answer(report, shared, abbreviations(runs.platform.mounts), _peaks(shared, runs, index))
     _panels(report, shared, run)
     _sharing_section(report, shared)
     _price_section(report, shared)
@@ -142,9 +145,9 @@ def _warn_of_short_ones(report: Report, shared: SharedMounts) -> None:
     ]
     if short:
         report.warn(
-            f"New draws find fewer than {shared.share:.0%} of the cars within the limit: "
-            f"{', '.join(short)}: no search found a sharing that keeps it; ask for a lower --share "
-            "or a wider --allowed."
+            f"New draws find fewer than {PERCENT * shared.share:.0f} % of the cars within the "
+            f"limit: {', '.join(short)}: no search found a sharing that keeps it; ask for a lower "
+            "--share or a wider --allowed."
         )
 
 
@@ -212,7 +215,7 @@ def _numbers(report: Report, shared: SharedMounts) -> None:
         )
 
 
-def _answer(report: Report, shared: SharedMounts, limits_in_words: str, names: str) -> None:
+def _answer(report: Report, shared: SharedMounts, names: str, peaks: str) -> None:
     """Say how many part numbers serve all vehicles, and at which price."""
     price, change = shared.price_of_fewest, float(shared.change.mean())
     report.answer(
@@ -220,13 +223,24 @@ def _answer(report: Report, shared: SharedMounts, limits_in_words: str, names: s
         f"vehicles (one set for all would be {shared.n_set}, one per vehicle "
         f"{shared.n_unshared}): {expected_on_average(shared.expected, change)} against today's "
         f"mounts; in the model sharing costs {float(price.mean()):.1f} dB on average and "
-        f"{float(price.max()):.1f} dB in {shared.dearest}, the worst.",
-        expected_sentence(shared.expected, change),
-        f"In the model, {PERCENT * float(shared.shares.min()):.0f} % or more of the cars of every "
-        f"vehicle keep {limits_in_words}. One set for all would cost the worst vehicle "
-        f"{shared.one_set_price:.1f} dB.",
+        f"{float(price.max()):.1f} dB in {shared.dearest}, the worst, and {peaks}.",
+        certainty_sentence(shared.expected),
+        model_sentence(shared.expected, change),
+        f"{PERCENT * float(shared.shares.min()):.0f} % of the cars keep the limit in the model, in "
+        f"the vehicle with the fewest. One set for all would cost up to {shared.one_set_price:.1f} "
+        "dB.",
         names,
     )
+
+
+def _peaks(shared: SharedMounts, runs: Runs, index: Any) -> str:
+    """Say what becomes of today's booming peaks in the first load case."""
+    designs, rows = shared.fewest.designs, range(len(shared.problem.vehicles))
+    before = index.levels(np.ones((1, designs.shape[1])))[0]
+    after = index.levels(designs)
+    lines, order = index.frequency, runs.cases[0][0].order
+    pairs = (compare_peaks(before[row], after[row, row], lines, order) for row in rows)
+    return peaks_sentence(dict(zip(shared.problem.vehicles, pairs, strict=True)))
 
 
 def _panels(report: Report, shared: SharedMounts, name_of_run: str) -> None:
@@ -246,8 +260,21 @@ def _panels(report: Report, shared: SharedMounts, name_of_run: str) -> None:
         "Each vehicle",
         Table(each.iloc[shown], "", {"change [dB]": 1, "price of sharing [dB]": 2}),
         "A letter is a part number of the mount in that column; vehicles with one letter share it. "
-        "Levels, change and price are the model's."
+        "Levels, change and price are the model's, with the energy that scatter adds to each line; "
+        "levels on the page of a front leave that out."
         + ("" if len(shown) == n_vehicles else f" The {len(shown)} that pay most."),
+        wide=True,
+    )
+    part_numbers = _part_numbers(shared)
+    report.table("part_numbers", part_numbers)
+    report.panel(
+        "What to build",
+        Table(
+            part_numbers[part_numbers["stiffness factor [1]"].notna()],
+            "",
+            {"stiffness factor [1]": 2},
+        ),
+        "Factors of today's stiffness. No vehicle hears the other directions.",
         wide=True,
     )
     worth = _counts(shared).iloc[:, [0, -4, -3, -2]]
@@ -280,13 +307,6 @@ def _sharing_section(report: Report, shared: SharedMounts) -> None:
         "letter share this part in all directions.",
     )
     report.table("sharing", shared.letters, "Part number of each mount in each vehicle.")
-    report.table(
-        "part_numbers",
-        _part_numbers(shared),
-        "Values of the part numbers; a direction without a number is heard by no "
-        "vehicle, any stiffness within the bounds serves.",
-        {"stiffness factor [1]": 3},
-    )
 
 
 def _price_section(report: Report, shared: SharedMounts) -> None:
@@ -393,8 +413,8 @@ def _counts(shared: SharedMounts) -> pd.DataFrame:
             {
                 "part numbers": name,
                 **{f"of {mount}": count for mount, count in counts},
-                "worst price [dB]": float(price.max()),
-                "dearest for": problem.vehicles[int(np.argmax(price))],
+                "largest price [dB]": float(price.max()),
+                "paid by": problem.vehicles[int(np.argmax(price))],
                 "mean price [dB]": float(price.mean()),
                 "worst excess [dB]": shared_design.worst,
             }
@@ -403,9 +423,9 @@ def _counts(shared: SharedMounts) -> pd.DataFrame:
         {
             "part numbers": f"{shared.n_unshared}, every vehicle its own",
             **{f"of {mount}": len(problem.vehicles) for mount in problem.part_names},
-            "worst price [dB]": 0.0,
+            "largest price [dB]": 0.0,
             "mean price [dB]": 0.0,
-            "dearest for": "",
+            "paid by": "",
             "worst excess [dB]": float((shared.optima.levels - problem.limits).max()),
         }
     )

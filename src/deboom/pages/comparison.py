@@ -42,7 +42,7 @@ from deboom.files.front_run import NOT_THE_CONFIGURATION, ComparedRun
 from deboom.files.run_folder import RunEntry
 from deboom.plot.style import signed
 from deboom.progress import Progress
-from deboom.report import Report
+from deboom.report import Report, Step
 
 CHUNK = 50
 """Designs between two signs of progress."""
@@ -150,7 +150,7 @@ class Comparison:
         }
         verdicts = {judged_pair.verdict for judged_pair in pairs.values()}
         if verdicts == {FrontVerdict.equal}:
-            return f"The fronts of {listed([best, *pairs])} are equal."
+            return f"{listed([best, *pairs])} have the same front: there is nothing to choose."
         if verdicts == {FrontVerdict.real}:
             rest = next(iter(pairs)) if len(pairs) == 1 else "all others"
             return f"{best} is really better than {rest}."
@@ -160,11 +160,9 @@ class Comparison:
             if judged_pair.verdict is not FrontVerdict.real
         ]
         if FrontVerdict.real not in verdicts:
-            return (
-                f"Chance can explain all differences between these fronts: {best}; "
-                f"{'; '.join(alike)}."
-            )
-        return f"{best} has the best front; not told apart from it: {'; '.join(alike)}."
+            every = listed([best, *alike])
+            return f"Chance can explain all differences between the fronts of {every}."
+        return f"{best} has the best front, and chance can explain why it beats {listed(alike)}."
 
     def gap(self, first: str, second: str) -> float:
         """Mean difference of the first objective at equal second one [its unit]."""
@@ -270,7 +268,8 @@ def compared_report(studies: Sequence[Comparison]) -> Report:
         return comparison_report(studies[0])
     report = Report("Fronts compared", QUESTION)
     first, *others = sentences(studies)
-    report.answer(first, *others)
+    report.answer(first, *others, _how_sure(studies[0]), NOT_TO_TRUST)
+    _next(report, studies)
     report.section("The verdict", "\n\n".join(sentences(studies)))
     report.number(
         "verdict", overall(studies), "", "verdict over the fronts: over all models", headline="s"
@@ -283,6 +282,33 @@ def compared_report(studies: Sequence[Comparison]) -> Report:
         }
         report.include(part, f"As {study.judge_name} sees it", names=names)
     return report
+
+
+NOT_TO_TRUST = (
+    "What not to trust: a better front is one of the model. What it brings in cars is on its own "
+    "page."
+)
+
+
+def _how_sure(study: Comparison) -> str:
+    """Say when a difference counts, and how the fronts were judged."""
+    return (
+        "How sure: a difference is real if chance gives it in less than "
+        f"{PERCENT * (1 - REAL_FROM):g} % of all cases; every front was computed again with "
+        f"{study.n_samples} common draws."
+    )
+
+
+def _next(report: Report, studies: Sequence[Comparison]) -> None:
+    """Say what comes next: more seeds where something is open, and the pages of the fronts."""
+    is_open = any(p.verdict is FrontVerdict.open for study in studies for p in study.pairs.values())
+    more = Step("deboom run STUDY --seed SEED", f"{ENOUGH_SEEDS} seeds of each front decide")
+    report.panel(
+        "What to do next",
+        *[more] * is_open,
+        Step("deboom show RUN", "what a front says to build"),
+        wide=True,
+    )
 
 
 def overall(studies: Sequence[Comparison]) -> str:
@@ -317,13 +343,17 @@ def comparison_report(study: Comparison) -> Report:
         headline="s",
     )
     if len(study.pairs) == 1 and np.isfinite(gap):
-        level = f"{signed(gap, 3)} {unit_word(study)}".strip()
-        beside = f"At equal σ the mean level of {first} differs by {level} from that of {second}."
+        level = f"{abs(gap):.3f} {unit_word(study)}".strip()
+        side = "above" if gap > 0.0 else "below"
+        beside = f"At equal σ the mean level of {first} is {level} {side} that of {second}."
+    verdict = " ".join(sentences([study]))
     report.answer(
-        " ".join(sentences([study])),
+        f"{verdict[0].upper()}{verdict[1:]}",
         beside,
-        f"Every front was computed again with {study.n_samples} common draws.",
+        _how_sure(study),
+        NOT_TO_TRUST,
     )
+    _next(report, [study])
     report.number("n_runs", len(study.fronts), "", "runs that are compared")
     report.number("n_configurations", len(study.groups), "", "configurations of these runs")
     report.number("n_pairs", len(verdicts), "", "pairs of configurations")
@@ -428,7 +458,7 @@ def _verdict(report: Report, study: Comparison) -> None:
         "Level at equal σ is the mean over the range of σ that both fronts have; "
         "negative: the first is quieter. Covers: share of the other's points that "
         "a front equals or beats.",
-        {"hypervolume, first - second [%]": 2, "noise, 99 % [%]": 2},
+        {"hypervolume, first minus second [%]": 2, "noise, 99 % [%]": 2},
         shown=pairs[rows].drop(columns=["error from draws [%]", "error from searches [%]"]),
     )
 
@@ -489,11 +519,13 @@ def pair_table(study: Comparison) -> pd.DataFrame:
                 "first": first,
                 "second": second,
                 "verdict": judged_pair.verdict.value,
-                "hypervolume, first - second [%]": PERCENT * judged_pair.value,
+                "hypervolume, first minus second [%]": PERCENT * judged_pair.value,
                 "noise, 99 % [%]": PERCENT * judged_pair.noise,
                 "error from draws [%]": PERCENT * judged_pair.draw_error,
                 "error from searches [%]": PERCENT * judged_pair.search_error,
-                f"level at equal σ, first - second {unit_label(study)}": study.gap(first, second)
+                f"level at equal σ, first minus second {unit_label(study)}": study.gap(
+                    first, second
+                )
                 * study.per_line,
                 "first covers second [%]": PERCENT * coverage(better, other),
                 "second covers first [%]": PERCENT * coverage(other, better),
@@ -556,18 +588,24 @@ def verdict_sentence(study: Comparison, pair: tuple[str, str]) -> str:
     judged_pair = study.pairs[pair]
     value, noise = PERCENT * judged_pair.value, PERCENT * judged_pair.noise
     if judged_pair.verdict is FrontVerdict.equal:
-        return f"{first} and {second} are equal: all their designs have the same values."
+        one, other = (
+            np.unique(np.concatenate([run.designs for run in study.groups[name]]), axis=0)
+            for name in pair
+        )
+        alike = "the same designs" if np.array_equal(one, other) else "other designs"
+        return f"{first} and {second} have the same front: {alike} with the same values."
     if judged_pair.verdict is FrontVerdict.open:
         lacking = judged_pair.too_few
         return (
-            f"{first} against {second}: not decided, {signed(value, 2)} % hypervolume; with so few "
-            f"seeds chance may give ±{noise:.2f} %; run {ENOUGH_SEEDS} seeds of "
-            f"{lacking[0] if len(lacking) == 1 else 'each'}{_apart(study, lacking)}."
+            f"{first} against {second} is not decided: the hypervolume differs by "
+            f"{signed(value, 2)} %, and with so few seeds chance may give ±{noise:.2f} %. Run "
+            f"{ENOUGH_SEEDS} seeds of {lacking[0] if len(lacking) == 1 else 'each'}"
+            f"{_apart(study, lacking)}."
         )
     if judged_pair.verdict is FrontVerdict.noise:
         return (
-            f"{first} against {second}: within noise ({signed(value, 2)} % hypervolume; chance "
-            f"alone may give ±{noise:.2f} %)."
+            f"{first} and {second} differ by no more than chance: the hypervolume differs by "
+            f"{signed(value, 2)} %, and chance alone may give ±{noise:.2f} %."
         )
     better, worse = (first, second) if judged_pair.value > 0.0 else (second, first)
     if abs(judged_pair.value) <= judged_pair.noise:

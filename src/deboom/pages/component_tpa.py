@@ -204,8 +204,7 @@ def _answer(report: Report, measured: Measured) -> None:
     doubts = len(result.doubts)
     trusted = 100 * float(np.mean([run.trusted.mean() for run in result.runs]))
     verdict = (
-        f"Do not rely on these forces yet: {doubts} reason{'s stand' if doubts > 1 else ' stands'} "
-        "below"
+        f"Do not rely on these forces yet, for the {doubts} reason{'s' if doubts > 1 else ''} below"
         if doubts
         else "Use the blocked forces: loads at the interface explain what was measured"
     )
@@ -297,7 +296,7 @@ def _procedure(report: Report, result: ComponentTpa) -> None:
         "those with which the source would push at a receiver that does not give way. They are the "
         "source's own, whatever it stands on. What each of them brings to an ear is force times "
         "the assembly's function.\n\n"
-        f"Intervals hold with {100 * COVERAGE:.0f} %. They include noise of operation and "
+        f"Intervals are those of {100 * COVERAGE:.0f} %. They include noise of operation and "
         "functions, place, direction and gain of the hammer, and of the microphones; not a point "
         "or moment that is missing.",
         folded=True,

@@ -18,10 +18,12 @@ from deboom.explore.result import RISEN, Front
 from deboom.explore.robust import sigma_shares
 from deboom.explore.selection import indifference_intervals
 from deboom.explore.sensitivity import SobolIndices
+from deboom.pages.compressor_noise import against_hearing
 from deboom.pages.front import front_numbers, report_front, report_heard
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,
-    expected_sentence,
+    cars_sentences,
+    certainty_sentence,
     mean_levels,
     part_table,
     peaks_sentence,
@@ -123,6 +125,11 @@ class MountFront:
         after = self.front.values.mean[self.front.picks[Pick.best_mean]]
         return np.asarray((after - self.front.baseline.mean[0]) / self.index.n_lines)
 
+    def heard_change(self, design: RealArray) -> RealArray:
+        """Change of the mean level of what is heard in each car, over the scatter, (v,) [dB]."""
+        before, after = mean_levels(self.fleet, design)
+        return after - before
+
     def stiffness(self, design: RealArray) -> RealArray:
         """Mean |K| that each chosen variable stands for, shape (n_chosen,) [N/mm]."""
         variables = self.model.index.variables
@@ -212,8 +219,8 @@ def _tell(report: Report, view: MountFront) -> None:
         f"{view.names[k]} × {new[k] / today[k]:.2f}"
         for k in np.argsort(view.importance)[: -1 - MOST_NAMED : -1]
     )
-    before, after = mean_levels(view.fleet, view.best)
-    mean_heard = float(view.fleet.mean(after - before))
+    heard = view.heard_change(view.best)
+    mean_heard = float(view.fleet.mean(heard))
     if np.isfinite(mean_heard):
         report.number(
             "mean_heard_change_db",
@@ -239,7 +246,7 @@ def _tell(report: Report, view: MountFront) -> None:
             "dB",
             "change of the mean level of the car over all lines and the scatter by best-mean",
         )
-    for car, change in zip(view.fleet.vehicles, after - before, strict=True):
+    for car, change in zip(view.fleet.vehicles, heard, strict=True):
         if np.isfinite(change):
             report.number(
                 f"heard_change_db_{car}",
@@ -276,9 +283,8 @@ def _answer(report: Report, view: MountFront, run: str) -> None:
     report.panel(
         "Each car",
         Table(table.rename(columns={"vehicle": "car"}), "", VEHICLE_DECIMALS),
-        f"First order at the driver's ear, mean of what is heard. {fleet.n_cars} cars of each, "
-        "mounts as made; target: its car's level of today; P95: 95 % stay below; worst peak: "
-        "change of the one that gains least.",
+        "First order at the driver's ear, mean of what is heard. "
+        f"{cars_sentences(fleet, table, 'the level of today')}",
         wide=True,
     )
     report.panel(
@@ -308,6 +314,7 @@ def _answer(report: Report, view: MountFront, run: str) -> None:
         Step("deboom run compressor_front --reach 0.6", "let stiffness go further"),
         Step("deboom run compressor_front --travel 1.5", "let mounts travel further"),
         Step(f"deboom report {run} --supplier", "the sheet for the maker of the mounts"),
+        wide=True,
     )
 
 
@@ -316,51 +323,48 @@ def _todays_and_new_stiffness(view: MountFront) -> tuple[RealArray, RealArray]:
     return view.stiffness(view.front.robust.space.nominal), view.stiffness(view.best)
 
 
-def _answer_in_words(view: MountFront) -> tuple[str, str, str]:
-    """Return which stiffness changes by how much, how sure that is, and how levels count."""
+def _answer_in_words(view: MountFront) -> tuple[str, ...]:
+    """Return which stiffness changes by how much, who hears it, how sure, and how levels count."""
     fleet, best = view.fleet, view.best
-    before, after = mean_levels(fleet, best)
     today, build = _todays_and_new_stiffness(view)
     moves = listed(
         tuple(
             f"{name} to {share:.2f}" for name, share in zip(view.names, build / today, strict=True)
         )
     )
-    loudest = [
-        max(changes, key=lambda peak: peak.level_before)
-        for changes in fleet.peak_changes(best).values()
-        if changes
-    ]
-    falls = sorted(peak.change for peak in loudest)
-    top = (
-        f"each car's loudest peak changes by {signed(falls[0], 1)} to {signed(falls[-1], 1)} dB, "
-        if falls
-        else ""
-    )
-    change = float(fleet.mean(after - before))
+    levels = fleet.levels(fleet.today)
+    row, column = np.unravel_index(int(levels.argmax()), levels.shape)
+    level, line = float(levels[row, column]), float(fleet.frequency[column])
+    change = float(fleet.mean(view.heard_change(best)))
     return (
-        f"{moves[0].upper()}{moves[1:]} of today's stiffness: {top}{peaks_sentence(fleet, best)}; "
-        f"{signed(change, 1)} dB on average of what is heard, in the model.",
-        f"{_louder_peak(view, before)}{expected_sentence(UNEXPECTED, change)}",
-        "In averages, lines below the threshold of hearing (ISO 226) count with the level of the "
-        "threshold. Peaks count with their own level. Stiffness: |K| at "
+        f"Change {moves} of today's stiffness: {signed(change, 1)} dB on average of what is heard, "
+        f"in the model; {peaks_sentence(fleet.peak_changes(best))}.",
+        f"Today's loudest line has {level:.0f} dB(A), at {line:.0f} Hz in {fleet.vehicles[row]}, "
+        f"{against_hearing(level, line)}. The new one has {fleet.levels(best).max():.0f} dB(A).",
+        f"{_louder_peak(view)}{certainty_sentence(UNEXPECTED)}",
+        "What not to trust: small changes. In the model mounts keep their gain over frequency for "
+        "every stiffness, and do not soften with amplitude.",
+        "A line that nobody hears counts as the threshold of hearing (ISO 226) in averages; peaks "
+        "keep their own level. Stiffness: |K| at "
         f"{view.model.reference_line:g} Hz. {weights_sentence(fleet)}Pressures: "
         f"{', '.join(view.index.case_names)}.",
     )
 
 
-def _louder_peak(view: MountFront, before: RealArray) -> str:
-    """Say which design has no louder peak, if the chosen one has; `before`: today's levels [dB]."""
+def _louder_peak(view: MountFront) -> str:
+    """Say which design has no louder peak, if the chosen one has."""
     if Pick.none_louder not in view.front.picks:
         return (
-            "No design of the front leaves every peak at or below today's; --peak-rise "
-            "limits it in the search. "
+            "Every design of the front makes some peak louder than today; the option --peak-rise "
+            "forbids that. "
         )
     if float(view.fleet.peak_rise(view.best[np.newaxis])[0]) <= RISEN:
         return ""
     design = view.front.pick_designs[Pick.none_louder]
-    change = float(view.fleet.mean(view.fleet.cars(design).levels.mean(axis=0) - before))
-    return f"The quietest design without a louder peak is none-louder, {signed(change, 1)} dB. "
+    change = float(view.fleet.mean(view.heard_change(design)))
+    return (
+        f"Without a louder peak the quietest design brings {signed(change, 1)} dB (none-louder). "
+    )
 
 
 def _mounts_to_change(view: MountFront) -> Table:
@@ -398,9 +402,9 @@ def _choice(report: Report, view: MountFront) -> None:
     )
     report.section(
         "What to choose",
-        f"{what} Mounts stand within ± {view.place_tolerance:g} mm of where they are drawn.\n\n"
-        "Softer mounts nearly always isolate better. The limit is the travel under 1 g: no mount "
-        f"may move further than {view.allowed_travel:g} times today's."
+        f"{what} Mounts are placed within ± {view.place_tolerance:g} mm of where they are "
+        "drawn.\n\nSofter mounts nearly always isolate better. The limit is the travel under 1 g: "
+        f"no mount may move further than {view.allowed_travel:g} times today's."
         + (
             " Best-mean uses all of that: the limit, not the noise, decides."
             if reached
@@ -416,7 +420,8 @@ def _choice(report: Report, view: MountFront) -> None:
     report.figure(
         "pareto_front",
         view.front.picture,
-        "Mean level against its scatter; each point is a non-dominated design."
+        "Mean level of all lines, heard or not, against its scatter: the search minimised both. "
+        "Each point is a design that none beats in both."
         if view.front.robust.n_objectives == 2
         else "Each pair of objectives; each point is a design that none beats in all of them.",
     )
@@ -437,14 +442,16 @@ def _choice(report: Report, view: MountFront) -> None:
         "Best-mean: stiffness factors within their bounds. The thin bars are ranges within which "
         f"the mean level stays within {NOTICEABLE} dB.",
     )
+    picks = _picks(view)
     report.table(
         "picks",
-        _picks(view),
-        "Named designs, verified. Travel and modes use the stiffness at "
-        f"{view.index.frequency[0]:g} Hz, which is higher than the static stiffness: use them for "
-        "comparison, not for a drawing.",
+        picks,
+        "Named designs, verified; the change is that of what is heard. Travel and modes use the "
+        f"stiffness at {view.index.frequency[0]:g} Hz, which is higher than the static stiffness: "
+        "use them for comparison, not for a drawing.",
+        shown=picks.drop(columns=["mean level [dB(A)]", "change [dB]"]),
     )
-    caption = f"Dynamic stiffness |K| at {line:g} Hz, mean over what a variable stands for."
+    caption = f"Dynamic stiffness |K| at {line:g} Hz, mean over the mounts and axes of a variable."
     report.table("stiffness", _stiffness(view), caption)
 
 
@@ -453,6 +460,8 @@ def _picks(view: MountFront) -> pd.DataFrame:
     rows = {name: (view.front.values, row) for name, row in view.front.picks.items()}
     picks = view.front.compared({"today's": (view.front.baseline, 0), **rows})
     designs = np.stack(list(view.front.named_designs.values()))
+    heard = [float(view.fleet.mean(view.heard_change(design))) for design in designs]
+    picks.insert(1, "change of what is heard [dB]", heard)
     modes = view.model.statics.modes(designs)
     picks["travel under 1 g [mm]"] = view.model.statics(designs)[:, 0]
     picks["lowest mode [Hz]"], picks["highest mode [Hz]"] = modes[:, 0], modes[:, -1]
@@ -475,8 +484,8 @@ def _cars(report: Report, view: MountFront) -> None:
     report.section(
         "What it does in every car",
         "First order of the compressor at the driver's ear. Curves and peaks are those of the "
-        "first pressure without scatter. Mean changes here are over all pressures, scatter and "
-        "lines, of which the first table counts only what is heard.",
+        "first pressure without scatter. Mean changes are those of the first table: of what is "
+        "heard, over all pressures and the scatter.",
     )
     report_heard(
         report,
@@ -485,12 +494,10 @@ def _cars(report: Report, view: MountFront) -> None:
         vehicle_colours(view.fleet.vehicles),
         "Today and best-mean.",
         speed_label="rotor speed [rpm]",
-        change=view.change,
+        change=view.heard_change(view.best),
     )
     cars = view.fleet.vehicle_table(Pick.best_mean)
-    cars = cars.rename(columns={"change [dB]": "change of all lines [dB]"})
-    caption = "Mean level of all lines over scatter, heard or not, best-mean against today."
-    report.table("cars", cars, caption)
+    report.table("cars", cars.rename(columns={"change [dB]": "change of all lines [dB]"}))
     peaks = view.fleet.peak_table(view.best)
     louder = peaks[peaks["change [dB]"] > RISE]
     caption = (
@@ -506,8 +513,8 @@ def _matters(report: Report, view: MountFront) -> None:
         "What matters to whoever makes the mounts",
         "Importance is the share of the variance of the level that comes from a stiffness, alone "
         "and together with others, when all vary within the bounds of the search (mean over the "
-        f"cars). {view.leading} matters most. deboom report RUN --supplier writes the sheet that "
-        "the supplier quotes and signs, in English or German, with names or without.",
+        f"cars). Most of all matters {view.leading}. deboom report RUN --supplier writes the sheet "
+        "that the supplier quotes and signs, in English or German, with names or without.",
     )
     report.table("sobol", index_table(view.sobol, "stiffness"))
     caption = (
@@ -549,8 +556,7 @@ def _trust(report: Report, view: MountFront) -> None:
     report.section(
         "How far to trust it",
         f"{running.shares.statement}\n\n{running.source.state.statement}\n\n"
-        "Mounts keep their gain over frequency for every stiffness, and do not soften with "
-        f"amplitude. {hoses} Holders move as the free bodies do.",
+        f"{hoses} Holders move as the free bodies do.",
     )
     if view.exact is not None:
         mean, predicted = (

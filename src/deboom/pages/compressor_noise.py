@@ -136,14 +136,6 @@ def _answer(
     """Say whether the compressor is heard, which way the sound comes, and what comes next."""
     loudest = levels.nlargest(1, "synthesised [dB(A)]").iloc[0]
     level, line = float(loudest["synthesised [dB(A)]"]), float(loudest["frequency [Hz]"])
-    threshold = float(hearing_threshold(np.array([line]))[0])
-    heard = (
-        f"{level - threshold:.0f} dB above the threshold of hearing there (ISO 226): it can be "
-        "heard in a silent car"
-        if level > threshold
-        else f"{threshold - level:.0f} dB below the threshold of hearing there (ISO 226): nobody "
-        "hears it"
-    )
     near = _near_loudest(loudest, ways)
     way = ""
     if len(near):
@@ -159,7 +151,8 @@ def _answer(
     band = max(each.common_half_width for each in noise.bands)
     report.answer(
         f"The loudest line has {level:.0f} dB(A), at {line:.0f} Hz "
-        f"({loudest['speed [rpm]']:.0f} rpm, {loudest['sweep']}), {heard}.{way}",
+        f"({loudest['speed [rpm]']:.0f} rpm, {loudest['sweep']}), "
+        f"{against_hearing(level, line)}.{way}",
         f"How sure: {sure}all lines of a sweep may lie off together by ± {band:.1f} dB (90 %).",
         "What not to trust: levels at 90–140 Hz with standard hoses where the hoses were not "
         "measured, and lines near the noise of the microphone, which are hatched.",
@@ -171,6 +164,20 @@ def _answer(
         "What to do next",
         Step("deboom run compressor_front --cars CAR", "the mounts that make cars quiet"),
         Step("deboom unbalance TEST", "how much of it is the rotor"),
+    )
+
+
+def against_hearing(level: float, line: float) -> str:
+    """Say whether a level [dB(A)] at a line [Hz] can be heard where nothing else sounds."""
+    threshold = float(hearing_threshold(np.array([line]))[0])
+    if level > threshold:
+        return (
+            f"{level - threshold:.0f} dB above the threshold of hearing there (ISO 226): it can be "
+            "heard in a silent car"
+        )
+    return (
+        f"{threshold - level:.0f} dB below the threshold of hearing there (ISO 226): nobody hears "
+        "it"
     )
 
 

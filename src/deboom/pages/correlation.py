@@ -434,7 +434,7 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
     report.section(
         "Vehicles",
         "Every vehicle with every other one, over the designs; the intervals, Spearman's "
-        "coefficients and those of means and tolerance scatter stand in vehicle_pairs.csv.",
+        "coefficients and those of means and tolerance scatter are in vehicle_pairs.csv.",
     )
     report.table("vehicle_matrix", _matrix_table(designs))
     report.table("vehicle_pairs", _pair_table(study.by_vehicle))
@@ -469,14 +469,16 @@ def _answer(report: Report, study: CorrelationStudy, finding: str) -> None:
         )
     else:
         verdict = f"{len(families.members)} families of vehicles, each with a mount set of its own"
+    half_width = float(np.max(designs.pearson_high - designs.pearson_low)) / 2.0
     report.answer(
         f"{verdict}: {finding}.",
         f"A family: any two of its vehicles correlate by {families.cut:g} or more over "
         f"{len(study.doe)} designs. A change that makes one of its vehicles quieter makes the "
         "others quieter as well, but not by the same amount.",
-        "What not to trust: r says how alike vehicles react, not how quiet they become; with other "
-        "designs it would move within the 95 % intervals below, and other vehicles of a group are "
-        "not in them. Levels are the model's.",
+        f"How sure: with other designs r of two vehicles would move by ± {half_width:.2f} at most "
+        "(95 %).",
+        "What not to trust: r says how alike vehicles react, not how quiet they become. Other "
+        "vehicles of a group are not in its intervals. Levels are the model's.",
         abbreviations(study.runs.platform.mounts),
     )
     rows = [

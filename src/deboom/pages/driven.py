@@ -11,8 +11,9 @@ from deboom.arrays import RealArray
 from deboom.files.front_run import design_name
 from deboom.measurement.booming_peaks import TOLERANCE
 from deboom.pages.front_answer import (
+    certainty_sentence,
     expected_on_average,
-    expected_sentence,
+    model_sentence,
     report_expected_numbers,
 )
 from deboom.pages.supplier_study import SupplierStudy
@@ -74,8 +75,8 @@ def driven_report(
     else:
         decided = count
         sure = (
-            "Peaks: both half widths hold 95 %; a difference within both is as predicted by the "
-            "model."
+            "A peak is as predicted where measured and predicted change differ by no more than "
+            "both half widths together (95 %)."
         )
     of_vehicles = ""
     if not isinstance(expected, str):
@@ -92,8 +93,11 @@ def driven_report(
     report.assume(*drives.study.run.assumed)
     report.answer(
         f"{of_vehicles}{decided} booming peaks changed as predicted: {' '.join(average)}.",
-        expected_sentence(expected, changes[1]),
+        certainty_sentence(expected),
+        model_sentence(expected, changes[1]),
         sure,
+        "What not to trust: parts that differ from their drawing change the result as well; "
+        "characterise those that were driven.",
         f"{driven}.",
     )
     _panels(report, vehicles, peaks, run=run, folder=folder)
@@ -101,8 +105,7 @@ def driven_report(
         "Measured and predicted change",
         f"{driven}; highest level within {TOLERANCE:g} Hz of each measured peak. Both half widths "
         f"are for 95 %: of the drives by Student's t, of the prediction over {DRAWS} repeats of "
-        "its measurements. A difference within both together is as predicted. Differences between "
-        "prototype and drawing appear here as well: characterise the parts that were driven.",
+        "its measurements. A difference within both together is as predicted.",
     )
     report.table("driven", peaks, "Every booming peak with today's parts.")
     report.table("vehicles", vehicles)

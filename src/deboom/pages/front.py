@@ -70,13 +70,13 @@ def front_numbers(report: Report, fleet: FleetFront, build: str) -> None:
         "sigma_bias_percent",
         front.sigma_bias_percent,
         "%",
-        "error of σ in the search: search - verification",
+        "error of σ in the search: search minus verification",
     )
     report.number(
         "mean_bias_db_per_line",
         front.mean_bias * front.per_line,
         "dB",
-        "error of the mean level in the search: search - verification",
+        "error of the mean level in the search: search minus verification",
     )
     search = front.search
     report.number("n_front", len(search.front), "", "designs on the front of the search")

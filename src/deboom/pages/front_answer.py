@@ -9,7 +9,6 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import PERCENT, ComplexArray, RealArray
-from deboom.errors import listed
 from deboom.files.sound import run_up_files
 from deboom.measurement.booming_peaks import PeakChange
 from deboom.mounts.mount import Mount
@@ -24,6 +23,7 @@ MOST_ROWS = 12
 """Vehicles in the table of the first screen: of a larger fleet those that gain least."""
 SOUND_SECONDS, SOUND_RATE = 6.0, 8000
 """Length of a run-up [s], and its samples per second [Hz]."""
+IN_TARGET = "cars in target [%]"
 TWO_DIGITS = 0.095
 """Half width below which a second digit is shown [dB]."""
 
@@ -69,7 +69,8 @@ def vehicle_table(
 
     - `target` (v,): level that cars shall not exceed [dB(A)].
     - `expected`: what is expected of the design, or why nothing is.
-    - returns a row per vehicle, of a large fleet those that gain least, and one of their mean.
+    - returns a row per vehicle, of a large fleet those that gain least, and one of their mean; no
+      column of the cars in target where that is all of them.
     """
     cars = fleet.cars(design)
     before, after = mean_levels(fleet, design)
@@ -78,23 +79,37 @@ def vehicle_table(
     rows = np.sort(np.argsort(before - after, kind="stable")[:MOST_ROWS])
     table: dict[str, list[object]] = {
         "vehicle": [fleet.vehicles[row] for row in rows],
+        **expected_column(expected, rows),
         "today [dB(A)]": before[rows].tolist(),
         "new [dB(A)]": after[rows].tolist(),
         "change [dB]": (after - before)[rows].tolist(),
-        **expected_column(expected, rows),
         "loudest peak [dB(A)]": [_loudest(changes[fleet.vehicles[row]]) for row in rows],
         "worst peak [dB]": [_worst(changes[fleet.vehicles[row]]) for row in rows],
-        "cars in target [%]": share[rows].tolist(),
+        IN_TARGET: share[rows].tolist(),
         f"P{COMMON_PERCENTILE:.0f} [dB(A)]": tail[rows].tolist(),
     }
     if len(fleet.vehicles) > 1:
         whose = "mean" if fleet.weights is None else "weighted mean"
         levels = (float(fleet.mean(each)) for each in (before, after, after - before))
         of_mean = [] if isinstance(expected, str) else [_cell(expected.mean)]
-        means = (whose, *levels, *of_mean, "", "", float(fleet.mean(share)), None)
+        means = (whose, *of_mean, *levels, "", "", float(fleet.mean(share)), None)
         for column, value in zip(table, means, strict=True):
             table[column].append(value)
+    if share.min() == PERCENT:
+        del table[IN_TARGET]
     return pd.DataFrame(table)
+
+
+def cars_sentences(fleet: FleetFront, table: pd.DataFrame, target: str) -> str:
+    """Say which cars a table of `vehicle_table` counts, and what its last columns are.
+
+    - `target`: of the cars, in words.
+    """
+    kept = "" if IN_TARGET in table else ", which all of them keep"
+    return (
+        f"Cars: {fleet.n_cars} of each, parts as made. Target: {target}{kept}. P95: 95 % of the "
+        "cars stay below. Worst peak: the booming peak that falls least or rises most."
+    )
 
 
 def weights_sentence(fleet: FleetFront) -> str:
@@ -109,7 +124,7 @@ def weights_sentence(fleet: FleetFront) -> str:
 
 
 EXPECTED = "expected (90 %) [dB]"
-VEHICLE_DECIMALS = {"change [dB]": 1, "cars in target [%]": 1}
+VEHICLE_DECIMALS = {"change [dB]": 1}
 """Of the columns of `vehicle_table` that their units do not decide."""
 
 
@@ -144,12 +159,15 @@ def _worst(changes: Sequence[PeakChange]) -> str:
     return f"{signed(top.change, 1)} at {top.frequency:.0f} Hz"
 
 
-def peaks_sentence(fleet: FleetFront, design: RealArray) -> str:
-    """Say what becomes of today's booming peaks of all vehicles, and which peak rises most."""
+def peaks_sentence(changes: Mapping[str, Sequence[PeakChange]]) -> str:
+    """Say what becomes of today's booming peaks of all vehicles, and which peak rises most.
+
+    - `changes`: of each vehicle.
+    """
     every = [
         (peak.change, peak, name)
-        for name, changes in fleet.peak_changes(design).items()
-        for peak in changes
+        for name, peaks in changes.items()
+        for peak in peaks
         if peak.counts
     ]
     todays = [change for change, peak, _ in every if peak.before]
@@ -171,45 +189,42 @@ def peaks_sentence(fleet: FleetFront, design: RealArray) -> str:
     )
 
 
-def expected_sentence(expected: ExpectedChange | str, predicted: float) -> str:
-    """Say what cars are expected to show of one design, and what is known of them.
+def certainty_sentence(expected: ExpectedChange | str, old_stops: float = np.nan) -> str:
+    """Say how sure the mean change is, and under which condition.
 
     - `expected`: of the design, or the sentence that says why nothing is expected.
-    - `predicted`: mean change in the model [dB].
+    - `old_stops`: mean change in the model if only the rubber gets softer [dB]; nan: not known.
     """
-    if isinstance(expected, str):
-        return f"{expected[0].upper()}{expected[1:]}. In the model: {signed(predicted, 1)} dB."
-    worst = ""
-    if len(expected.predicted) > 1:
-        worst = f"; in the car that gains least {expected_words(expected.worst)}"
-    return (
-        f"Expected in these cars: {expected_words(expected.mean)}{worst}. The model says "
-        f"{signed(predicted, 1)} dB: it leaves out bodies that give way, warmer or older rubber, "
-        f"and amplitudes. {_loudest_line(expected)}. Of the bodies {_known_of_bodies(expected)}."
+    condition = (
+        "if the stops are re-tuned with the stiffness; if only the rubber gets softer: "
+        f"{signed(old_stops, 1)} dB"
     )
-
-
-def certainty_sentence(expected: ExpectedChange | str, predicted: float, old_stops: float) -> str:
-    """Say how sure the mean change is, and under which condition; `old_stops` nan: not known.
-
-    - `expected`: of the design, or the sentence that says why nothing is expected.
-    - `predicted`, `old_stops`: mean change in the model, and if only the rubber gets softer [dB].
-    """
-    condition = ""
-    if np.isfinite(old_stops):
-        condition = (
-            f", if the stops are re-tuned with the stiffness; if only the rubber gets softer: "
-            f"{signed(old_stops, 1)} dB"
-        )
     if isinstance(expected, str):
-        return f"How sure: {expected}. In the model {signed(predicted, 1)} dB{condition}."
+        in_model = f" The change in the model holds {condition}." * bool(np.isfinite(old_stops))
+        return f"How sure: {expected}.{in_model}"
     low, high = (signed(float(end), 1) for end in (expected.mean.low, expected.mean.high))
     worst = ""
     if len(expected.predicted) > 1:
         worst = f", in the car that gains least {_ends(expected.worst)} dB"
+    holds = f", {condition}" * bool(np.isfinite(old_stops))
     return (
         f"How sure: with {PERCENT * SHARE:.0f} % the mean change of these cars lies between {low} "
-        f"and {high} dB{worst}{condition}."
+        f"and {high} dB{worst}{holds}."
+    )
+
+
+def model_sentence(expected: ExpectedChange | str, predicted: float) -> str:
+    """Say why the model says another mean change, and what is known of the bodies.
+
+    - `expected`: of the design; empty where it is the sentence that says why nothing is expected.
+    - `predicted`: mean change in the model [dB].
+    """
+    if isinstance(expected, str):
+        return ""
+    return (
+        f"The model says {signed(predicted, 1)} dB: it leaves out bodies that give way, warmer or "
+        f"older rubber, and amplitudes. {_loudest_line(expected)}. Of the bodies "
+        f"{_known_of_bodies(expected)}."
     )
 
 
@@ -223,8 +238,8 @@ def _known_of_bodies(expected: ExpectedChange) -> str:
         return "the receptances at the mounts are known"
     if expected.information is Information.driving_points:
         return (
-            "the driving points are known and what passes between them is drawn; all receptances "
-            "would tell more"
+            "the driving points are known and what passes between them is drawn at random; all "
+            "receptances would narrow the interval"
         )
     narrower = 1.0 - float(expected.with_points)
     if narrower < LITTLE_NARROWER:
@@ -239,14 +254,7 @@ def expected_on_average(expected: ExpectedChange | str, predicted: float) -> str
     """Write the mean change that a verdict states: the expected one, else the model's [dB]."""
     if isinstance(expected, str):
         return f"{signed(predicted, 1)} dB on average in the model"
-    mean = expected.mean
-    return f"{signed(float(mean.expected), 1)} dB expected on average ({_ends(mean)})"
-
-
-def expected_words(interval: Interval) -> str:
-    """Write an expected change with its interval [dB]."""
-    expected = signed(float(interval.expected), 1)
-    return f"{expected} dB ({_ends(interval)}, {PERCENT * SHARE:.0f} %)"
+    return f"{signed(float(expected.mean.expected), 1)} dB expected on average"
 
 
 def _loudest_line(expected: ExpectedChange) -> str:
@@ -332,13 +340,14 @@ def report_expected(
     report.table("expected", pd.DataFrame(table))
 
 
-def other_changes_sentence(*, unseen: float, prescribed: float, old_stops: float) -> str:
-    """Say what the mean change [dB] is of other cars and under other assumptions; nan: unknown."""
-    pieces = [f"{signed(prescribed, 1)} dB with prescribed motion"] * bool(np.isfinite(prescribed))
-    pieces += [f"{signed(old_stops, 1)} dB with the old stops"] * bool(np.isfinite(old_stops))
+def other_changes_sentence(*, unseen: float, prescribed: float) -> str:
+    """Say what the model says with prescribed motion and of other cars [dB]; nan: unknown."""
+    sentences = []
+    if np.isfinite(prescribed):
+        sentences.append(f"With prescribed motion the model says {signed(prescribed, 1)} dB.")
     if np.isfinite(unseen):
-        pieces.append(f"±{_half(unseen)} dB in other vehicles of the group")
-    return f"In the model the mean change is {listed(tuple(pieces))}. " if pieces else ""
+        sentences.append(f"In other vehicles of the group it may be ±{_half(unseen)} dB off.")
+    return " ".join(sentences)
 
 
 def _half(value: float) -> str:
@@ -390,7 +399,8 @@ def _loudest_levels(
     fleet: FleetFront, design: RealArray, row: int, speed_label: str
 ) -> plot.Figure:
     made = fleet.front.judge.sets[0].made(design)[:DRAWN_CARS]
-    ends = np.percentile(np.asarray(fleet.model.levels(made))[:, row], BAND, axis=0)
+    levels = np.asarray(fleet.model.levels(made))[:, fleet.ears]
+    ends = np.percentile(levels[:, row], BAND, axis=0)
     curves = {TODAY: fleet.levels(fleet.today)[row], NEW: fleet.levels(design)[row]}
     panel = plot.CurvePanel("", fleet.frequency, curves, ranges={NEW: (ends[0], ends[1])})
     return plot.curve_panels(

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import PERCENT, ComplexArray, RealArray
 from deboom.compressor.hammer_identification import frac, modal_likeness
 from deboom.compressor.identification_results import (
     CompressorTruth,
@@ -192,7 +192,7 @@ def _answer(report: Report, identification: Identification) -> None:
         + f"; mass {model.mass:.3f} ± {WIDE_BAND * mass['standard deviation']:.2g} kg, centre of "
         f"gravity at {place} mm.",
         f"How sure: ± means 95 %; residuals are {chi:.2f} times the noise, alarm above {ALARM:g}. "
-        "Intervals of all numbers stand below. Axes of the position sheet.",
+        "Intervals of all numbers are below. Axes of the position sheet.",
         "What not to trust: small entries of the inertance far below the diagonal, into which "
         "misplaced sensors leak, and numbers whose standard deviation is of their own size.",
     )
@@ -243,18 +243,13 @@ def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
         "mass over the smallest moment of inertia. So the thesis's value of 450 above 50 Hz says "
         "nothing about the quality of a measurement or of its inversion.",
     )
-    sheet = identification.inertance.values
     report.figure(
         "figure_53_inertance",
-        lambda: inertance_figure(
-            lines,
-            {SHEET: sheet, MODEL: identification.calibrated.model.inertance(lines)},
-            test.identification.options.bands,
-        ),
-        "Inertance at the virtual point (thesis, figure 53): response in rows, "
-        "excitation in columns. Where the dashed curve leaves the measured one far below the "
-        "diagonal entries, the misplacement of sensors and impacts leaks from the large "
-        "entries into the small ones; noise is the ragged part.",
+        lambda: inertance_figure(lines, _inertances(identification), identification.options.bands),
+        "Inertance at the virtual point (thesis, figure 53): response in rows, excitation in "
+        "columns. The dashed model is to be compared with the measurement by calibrated places. "
+        "By the places of the sheet the small entries are wrong: misplaced sensors and impacts "
+        "leak into them from the large ones.",
     )
     checks = pd.DataFrame(quality_table(identification.quality))
     report.table(
@@ -265,6 +260,15 @@ def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
         {"number [1]": 3},
         shown=checks.assign(limit=checks["limit"].str.replace(" ", "\u00a0")),
     )
+
+
+def _inertances(identification: Identification) -> Mapping[str, ComplexArray]:
+    """Return the inertance at the virtual point, (n, 6, 6): measured by both places, identified."""
+    return {
+        SHEET: identification.inertance.values,
+        CALIBRATED: calibrated_inertance(identification),
+        MODEL: identification.calibrated.model.inertance(identification.inertance.frequency),
+    }
 
 
 def inertance_figure(
@@ -299,8 +303,8 @@ def _identified(report: Report, test: IdentifiedTest) -> None:
         lambda: _gain_figure(test),
         "Gain factor of the rubber (thesis, figure 54), its real part 1 at 20 Hz, "
         "since the scale of the gain and that of the stiffness are one number. The last curve "
-        "is the loss that causality ties to the rise of the real part; a rubber several times "
-        "off would not be plausible.",
+        "is the loss that follows from the rise of the real part by causality. A rubber whose loss "
+        "is several times larger or smaller is not plausible.",
     )
     parameters = identification.table.rename(
         columns={"quantity": "parameter", "value": "identified"}
@@ -433,11 +437,7 @@ def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
         folded=True,
     )
     _condition(report, identification)
-    inertance = {
-        SHEET: identification.inertance.values,
-        CALIBRATED: calibrated_inertance(identification),
-        MODEL: identification.calibrated.model.inertance(lines),
-    }
+    inertance = _inertances(identification)
     mass: dict[str, ComplexArray] = {
         name: np.asarray(np.linalg.inv(values)) for name, values in inertance.items()
     }
@@ -591,7 +591,7 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
         "The 35 numbers of the minimal model are all seen. "
         f"{names} mostly from what was known before. "
         "Many hang together, since the position error of one sensor moves several: the strongest "
-        "correlations stand in correlations.csv.",
+        "correlations are in correlations.csv.",
     )
     if thesis is None:
         report.text(
@@ -610,8 +610,8 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
             "From the drawing (table 10) to the fit (table 11): start, bounds and result of least "
             "squares that take the positions of the sheet as exact. A number at its bound was not "
             "identified. Invisible: only the drawing says something about it. Prior-dominated: "
-            f"more than {PRIOR_DOMINATED:.0%} of the bound's width is left. With others only: a "
-            "part of it lies in a combination that no test at one point can see.",
+            f"more than {PERCENT * PRIOR_DOMINATED:.0f} % of the bound's width is left. With "
+            "others only: a part of it lies in a combination that no test at one point can see.",
             folded=True,
         )
         columns = [name for name in TABLE_11 if name in identifiability]

@@ -241,7 +241,7 @@ def _facts(study: SupplierStudy) -> tuple[str, ...]:
         f"{cases[0][0].order:g}.{many}",
         "Mean level and σ are verified with draws that the search never saw, parts scattered "
         f"within ±{tolerance:.0f} %, per line of the band.",
-        "All levels and changes are the model's; what cars are expected to show stands on the page "
+        "All levels and changes are the model's; what cars are expected to show is on the page "
         "of the run.",
         f"° {Need.nothing.value}: no vehicle depends on it, so it is left at today's value; "
         f"{Need.anything.value}: over its whole range about the best-mean, "

@@ -71,17 +71,18 @@ def look_report(folder: Path) -> Report:
     table = pd.DataFrame(
         [(name, text.strip()) for name, _, text in lines], columns=["what", "in this folder"]
     )
+    warned = table.loc[table["what"] == "WARNING", "in this folder"].tolist()
     report.section(
-        "What it holds",
+        "What is in it",
         f"A folder of the kind {kind.value}, by its file {FOLDERS[kind].file}. Nothing is "
         "identified here, and nothing is corrected."
-        + ("" if summary else " What its numbers contradict stands above; the pictures show why."),
+        + ("" if summary else " The contradictions are listed above; the pictures show why."),
     )
     if len(table):
         report.table("held", table, "What deboom check says.")
     drawn = _DRAWN[kind](report, folder)
     report.inputs = list(dict.fromkeys((folder / FOLDERS[kind].file, *drawn)))
-    _answer(report, kind, faults, report.remarks)
+    _answer(report, kind, faults, warned, report.remarks)
     return report
 
 
@@ -90,14 +91,21 @@ COHERENT = 0.9
 
 
 def _answer(
-    report: Report, kind: FolderKind, faults: Sequence[str], remarks: Sequence[str]
+    report: Report,
+    kind: FolderKind,
+    faults: Sequence[str],
+    warned: Sequence[str],
+    remarks: Sequence[str],
 ) -> None:
     """Say whether the folder looks right, what to look at, and what comes next."""
-    first = (
-        f"deboom check names {len(faults)} fault{'s' if len(faults) > 1 else ''}: repair first"
-        if faults
-        else "It looks right to deboom check: no fault"
-    )
+    if faults:
+        one = len(faults) == 1
+        first = f"Repair first: deboom check names {len(faults)} fault{'' if one else 's'}"
+    elif warned:
+        more = f" (and {len(warned) - 1} more)" if len(warned) > 1 else ""
+        first = f"No fault, but deboom check warns: {warned[0].rstrip('.')}{more}"
+    else:
+        first = "It looks right to deboom check: no fault"
     report.answer(
         f"{first}; {remarks[0]}." if remarks else f"{first}.",
         "What not to trust: nothing was identified or corrected here. Signs, places and gains "

@@ -55,7 +55,7 @@ def show_signals(
         orders = (
             "Dashed lines are orders of the shaft; resonances and the mains lie level."
             if shaft
-            else "Orders are lines that lean; resonances and the mains stand upright."
+            else "Orders are inclined lines, resonances and the mains vertical ones."
         )
         report.figure(
             f"{'campbell' if shaft else 'waterfall'}_{name}",

@@ -12,6 +12,7 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import PERCENT, RealArray
+from deboom.errors import listed
 from deboom.files.uncertain_index import UncertainIndex
 from deboom.measurement.uncertainty import (
     Interval,
@@ -25,9 +26,10 @@ from deboom.measurement.uncertainty import (
 )
 from deboom.pages.front import drawn_rows, left_out, report_cells
 from deboom.pages.front_answer import (
+    certainty_sentence,
     expected_column,
     expected_on_average,
-    expected_sentence,
+    model_sentence,
     report_expected,
     report_expected_numbers,
 )
@@ -65,6 +67,8 @@ SERIES = "change, any vehicle and load case"
 LEVEL = "level, these vehicles and load cases"
 MOST_NEXT = 6
 """Measurements that the first screen lists."""
+MOST_FACTORS = 3
+"""Factors that the first screen names of the design."""
 AS_IT_IS = "none: as it is"
 Questions = dict[str, tuple[VariancePart, ...]]
 """Number whose interval is to become narrower → what its variance consists of [dB²]."""
@@ -141,10 +145,10 @@ def _answered(repeated: Repeated) -> _Answer:
     )
 
 
-def uncertainty_report(repeated: Repeated, inputs: Sequence[Path]) -> Report:
+def uncertainty_report(repeated: Repeated, inputs: Sequence[Path], origin: str) -> Report:
     """Report how certain levels and changes are, and what to measure next.
 
-    `inputs`: files read.
+    `inputs`: files read; `origin`: whose picks the designs are, in words.
     """
     answer = _answered(repeated)
     report = Report(
@@ -162,7 +166,7 @@ def uncertainty_report(repeated: Repeated, inputs: Sequence[Path]) -> Report:
     )
     report.inputs += inputs
     report.facts |= {"kernel": repeated.index.kernel, "draws": repeated.n_draws}
-    report.answer(*_answer_in_words(answer))
+    report.answer(*_answer_in_words(answer, origin))
     _panels(report, answer)
     sources = answer.sources
     priors = sources.loc[sources["from"] == PRIOR, "source"]
@@ -186,33 +190,43 @@ def uncertainty_report(repeated: Repeated, inputs: Sequence[Path]) -> Report:
     return report
 
 
-def _answer_in_words(answer: _Answer) -> tuple[str, ...]:
+def _answer_in_words(answer: _Answer, origin: str) -> tuple[str, ...]:
     """Return the answer for these vehicles, for any vehicle, and what it leaves out."""
     level, half = answer.level, answer.half_width
     change = float(answer.change.value[answer.row])
     next_measurement = (
-        f"Nothing needs to be measured: ±{answer.deciding_half_width:.2f} dB is not heard."
+        f"Nothing needs to be measured: ± {answer.deciding_half_width:.2f} dB is not heard."
         if answer.is_sure
-        else f"Next measure: {answer.nearest}, for a {answer.gain:.0f} % narrower interval of the "
-        f"{answer.question}, ± {answer.deciding_half_width:.2f} dB today."
+        else f"Measure next: {answer.nearest}; the interval of the {answer.question}, "
+        f"± {answer.deciding_half_width:.2f} dB, becomes {answer.gain:.0f} % narrower."
     )
     for_any = (
-        "For any vehicle and load case of the group, by errors of measurement: "
-        f"± {_half_width(answer.following, answer.scope):.1f} dB; next measure: "
-        f"{answer.nearest_of_scope}, {answer.gain_of_scope:.0f} % narrower."
+        "For any vehicle and load case of the group errors of measurement leave "
+        f"± {_half_width(answer.following, answer.scope):.1f} dB; {answer.nearest_of_scope} would "
+        f"make that {answer.gain_of_scope:.0f} % narrower."
         if answer.scope == SERIES
         else ""
     )
+    best = f"{answer.design[0].upper()}{answer.design[1:]}"
     return (
-        f"{answer.design}: {expected_on_average(answer.expected, change)} in these vehicles; "
-        f"errors of measurement alone leave {signed(change, 1)} ± {half:.2f} dB of the model's "
-        "change (90 %).",
-        next_measurement,
-        expected_sentence(answer.expected, change),
+        f"{best} brings {expected_on_average(answer.expected, change)}. {next_measurement}",
+        certainty_sentence(answer.expected),
+        "By errors of measurement alone the model's change is "
+        f"{signed(change, 1)} ± {half:.2f} dB, and today's mean level {level.value[0]:.1f} ± "
+        f"{level.half_width[0]:.1f} dB(A) (90 %).",
+        f"{best} is that of {origin}. Most of its change comes from {_strongest(answer)}.",
+        model_sentence(answer.expected, change),
         for_any,
-        f"± holds errors of measurement alone. Today's mean level: {level.value[0]:.1f} ± "
-        f"{level.half_width[0]:.1f} dB(A).",
     )
+
+
+def _strongest(answer: _Answer) -> str:
+    """Name the factors of the design that alone bring most."""
+    index, designs = answer.repeated.index, answer.repeated.designs
+    today, chosen = designs[TODAY], designs[answer.design]
+    alone = np.where(np.eye(len(chosen), dtype=bool), chosen, today)
+    order = np.argsort(index(alone).mean(axis=1), kind="stable")[:MOST_FACTORS]
+    return listed(tuple(f"{index.variable_names[k]} × {chosen[k]:.2f}" for k in order))
 
 
 def _panels(report: Report, answer: _Answer) -> None:

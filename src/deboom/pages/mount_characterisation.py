@@ -126,9 +126,9 @@ def _answer(
         within = f"within {good[HALF_WIDTH].max():.0f} %"
         verdict = (
             f"{listed(others)} {'is' if len(others) == 1 else 'are'} not identified; the other "
-            f"{len(good)} directions stand {within}: use the library for these"
+            f"{len(good)} directions are known {within}: use the library for these"
             if others
-            else f"All {len(good)} directions stand {within}: use the library"
+            else f"All {len(good)} directions are known {within}: use the library"
         )
     if alarms:
         verdict += f", after a look at {len(alarms)} alarm{'s' if len(alarms) > 1 else ''}"

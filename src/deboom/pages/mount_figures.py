@@ -176,7 +176,7 @@ def append_maps(report: Report, bench: CharacterisedBench) -> None:
         "to 25), with the outline of what runs came near to, within a tenth of the ranges: outside "
         "of it no surface is to be used. Dashed: where the pieces of a surface meet, of its real "
         "part in |K| and Re K, of its imaginary part in phase and Im K. As in the thesis, small "
-        "amplitudes stand above; their scale is logarithmic.",
+        "amplitudes are at the top; their scale is logarithmic.",
         folded=True,
     )
     report.table("stiffness_lines", stiffness_lines(bench))

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.arrays import RealArray
+from deboom.arrays import PERCENT, ComplexArray, RealArray
 from deboom.explore.choices import Pick
 from deboom.explore.result import Front
 from deboom.explore.robust import RobustValues
@@ -21,13 +21,16 @@ from deboom.mounts.mount import Mount
 from deboom.mounts.surface_forces import Outside
 from deboom.pages.front import front_numbers, report_front
 from deboom.pages.front_answer import (
+    IN_TARGET,
     abbreviations,
+    certainty_sentence,
     expected_column,
     expected_on_average,
-    expected_sentence,
+    model_sentence,
     peaks_sentence,
     report_expected,
     report_expected_numbers,
+    report_loudest,
     short_title,
     weights_sentence,
 )
@@ -35,6 +38,7 @@ from deboom.pages.motion import motion_report, report_runs
 from deboom.pages.robust_front import aim_note
 from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.report import Report, Step, Table
+from deboom.vehicles.booming_model import CatalogueModel
 from deboom.vehicles.catalogue import Catalogue, ordered_stiffness
 from deboom.vehicles.expected_change import ExpectedChange, expected_or_why
 from deboom.vehicles.fleet_front import FleetFront
@@ -141,6 +145,13 @@ class Selection:
         """Whether the better of the effects is heard."""
         return min(effect.heard for effect in self.effects.values()) <= -HEARD
 
+    def pressure(self, designs: RealArray) -> ComplexArray:
+        """Return the pressure of designs (n, k) at the ears, (n, v, f) [Pa]."""
+        n, model = len(self.catalogue.parts), cast("CatalogueModel", self.front.model)
+        sets = [(np.rint(row[:n]).astype(int).tolist(), row[np.newaxis, n:]) for row in designs]
+        of_sets = [model.of_parts(numbers).pressure(factors) for numbers, factors in sets]
+        return np.concatenate(of_sets)[:, self.heard.ears]
+
     def parts(self, design: RealArray) -> Sequence[str]:
         """Return the name of each mount's part."""
         return self.catalogue.labels(design[: len(self.catalogue.parts)])
@@ -220,7 +231,7 @@ def _numbers(report: Report, chosen: Selection) -> None:
 
 def _answer_in_words(chosen: Selection) -> tuple[str, ...]:
     """Return what to order, how sure that is, how it was verified, and the names of the mounts."""
-    front = chosen.front
+    front, expected = chosen.front, chosen.expected_of(Pick.best_mean)
     order = f"Order {', '.join(chosen.parts(chosen.best))}"
     advice = order if chosen.is_heard else "Order nothing new"
     # without re-tuning the search ends where the list of all sets does
@@ -232,11 +243,12 @@ def _answer_in_words(chosen: Selection) -> tuple[str, ...]:
     ]
     return (
         f"{advice}: at best the {'; '.join(words)}.",
-        expected_sentence(chosen.expected_of(Pick.best_mean), float(chosen.change[Pick.best_mean])),
+        certainty_sentence(expected),
+        model_sentence(expected, float(chosen.change[Pick.best_mean])),
         f"Mean level at the driver's ear of {len(front.responses)} vehicles, verified with "
         f"{front.judge.n_samples} draws that the search has not seen. From drive to drive nobody "
         f"hears a difference below about {HEARD:g} dB. Best-mean in the model: "
-        f"{peaks_sentence(chosen.heard, chosen.best)}.",
+        f"{peaks_sentence(chosen.heard.peak_changes(chosen.best))}.",
         weights_sentence(chosen.heard) + abbreviations(chosen.runs.platform.mounts),
     )
 
@@ -251,11 +263,13 @@ def _panels(report: Report, chosen: Selection, name_of_run: str) -> None:
     for what, effect in effects.items():
         promised |= expected_column(effect.expected, range(len(names)), f"{what}, ")
         gains[f"{what}, in the model [dB]"] = heard.splv_change(effect.design)
-    each = pd.DataFrame({"vehicle": names, **loud, **promised, **gains})
+    share = PERCENT * heard.cars(chosen.best).share_within(heard.todays_levels)
+    each = pd.DataFrame({"vehicle": names, **promised, **loud, **gains, IN_TARGET: share})
     report.panel(
         "Each vehicle",
         Table(each, "", dict.fromkeys((*loud, *gains), 1)),
-        "Mean level with today's parts, and its change, without scatter.",
+        "Mean level with today's parts, and its change, without scatter. Target: the level of "
+        f"today, by {heard.n_cars} cars of each with parts{chosen.retuned} as made.",
         wide=True,
     )
     parts = {"mount": [_titled(mount) for mount in runs.platform.mounts]}
@@ -271,6 +285,7 @@ def _panels(report: Report, chosen: Selection, name_of_run: str) -> None:
         "and so are shares of today's. A dash: not identified, today's part stays.",
         wide=True,
     )
+    report_loudest(report, heard, chosen.best, chosen.pressure, runs.cases[0][0].title)
     report.panel(
         "What to do next",
         Step("deboom run mount_selection --catalogue FILE", "choose from other parts"),

@@ -10,6 +10,7 @@ from deboom.arrays import IntArray, RealArray
 from deboom.errors import listed
 from deboom.explore.choices import Pick
 from deboom.explore.front import nondominated
+from deboom.pages.front_answer import PICTURE_WIDTH
 from deboom.pages.platform_front import PlatformFront
 from deboom.physics.vibration_level import rms_of_level
 from deboom.plot.style import signed
@@ -23,7 +24,7 @@ _SHOWN_IN = {"acceleration": ("mm/s²", 1e3), "velocity": ("mm/s", 1e3), "displa
 
 TRADED = (
     "Boom against vibration: change of the mean level at all ears, and of the seat or wheel that "
-    "gets worst{where}. Down and left is better; where the cloud bends, ears gain and seats lose."
+    "gets worst{where}. Down and left is better. Along the line no design is better for both."
 )
 
 
@@ -221,6 +222,7 @@ def _boom_against_vibration(view: PlatformFront) -> Picture:
             named,
             mean_label="mean change at the ears [dB]",
             sigma_label=f"largest change of a vibration{where} [dB]",
+            width=PICTURE_WIDTH,
         ),
         caption,
         caption,

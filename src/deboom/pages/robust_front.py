@@ -22,9 +22,10 @@ from deboom.pages.front import front_numbers, report_front
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,
     abbreviations,
+    cars_sentences,
     certainty_sentence,
     expected_on_average,
-    expected_sentence,
+    model_sentence,
     other_changes_sentence,
     part_table,
     peaks_sentence,
@@ -154,7 +155,7 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     expected = view.expected_of_best
     report.answer(
         _verdict(view, mean),
-        certainty_sentence(expected, mean, view.as_softer_rubber),
+        certainty_sentence(expected, view.as_softer_rubber),
         f"Levels: mean of the lines, {view.load_case.title}; scatter of parts (σ) {spread}. "
         f"{weights_sentence(view.fleet)}{abbreviations(mounts)}",
     )
@@ -165,9 +166,7 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     report.panel(
         "Each vehicle",
         Table(table, "", VEHICLE_DECIMALS),
-        f"Mean level at the driver's ear. Cars: {view.fleet.n_cars} of each vehicle, parts as "
-        f"made; target: {whose}; P95: 95 % of the cars stay below; worst peak: change of the "
-        "booming peak that gains least."
+        f"Mean level at the driver's ear. {cars_sentences(view.fleet, table, whose)}"
         + (
             " Levels, change and peaks are the model's; expected and its interval are of cars as "
             "they are."
@@ -176,13 +175,13 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         ),
         wide=True,
     )
-    report_vibrations(report, view)
     report.panel(
         "Parts to change",
         _parts_table(view),
         *_about_parts(view),
         wide=True,
     )
+    report_vibrations(report, view)
     report_loudest(report, view.fleet, view.best, view.heard, view.load_case.title)
     report.panel("What it costs", *_price_blocks(view))
     report.panel(
@@ -199,16 +198,9 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
 def _certainty(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     """Say all that is known of how sure the change is."""
     mean = float(picks.loc[picks["design"] == Pick.best_mean, "change [dB]"].iloc[0])
-    others = other_changes_sentence(
-        unseen=view.unseen,
-        prescribed=view.with_prescribed_motion,
-        old_stops=view.as_softer_rubber,
-    )
-    report.section(
-        "How sure, in full",
-        f"{expected_sentence(view.expected_of_best, mean)}\n\n{others}",
-        folded=True,
-    )
+    others = other_changes_sentence(unseen=view.unseen, prescribed=view.with_prescribed_motion)
+    if text := f"{model_sentence(view.expected_of_best, mean)}\n\n{others}".strip():
+        report.section("How sure, in full", text, folded=True)
 
 
 def _verdict(view: PlatformFront, mean: float) -> str:
@@ -227,7 +219,7 @@ def _verdict(view: PlatformFront, mean: float) -> str:
             f", from {signed(changes[most], 1)} in {view.fleet.vehicles[most]} to "
             f"{signed(changes[least], 1)} in {view.fleet.vehicles[least]}"
         )
-    peaks = peaks_sentence(view.fleet, view.best)
+    peaks = peaks_sentence(view.fleet.peak_changes(view.best))
     average = expected_on_average(expected, mean)
     effect = f"{average}{by_vehicle}; in the model {peaks}."
     if mean > -NOTICEABLE:
@@ -369,7 +361,7 @@ def _conflict(report: Report, view: PlatformFront) -> None:
     width = BESIDE_WIDTH
     names = view.fleet.vehicles
     matters = view.sigma_range >= NOTICEABLE
-    text = f"Over the whole front the scatter σ differs by {view.sigma_range:.2g} dB: " + (
+    text = f"Over the front the scatter σ differs by {view.sigma_range:.2g} dB: " + (
         "mean and σ are traded against each other."
         if matters
         else "nobody hears that, and σ decides nothing. Designs differ in the vehicles that "
@@ -381,8 +373,9 @@ def _conflict(report: Report, view: PlatformFront) -> None:
         others = view.fleet.mean(change, rest)
         row = int(change[:, odd].argmin())
         text += (
-            f" Best for {names[odd]} alone would be {signed(change[row, odd], 1)} dB there and "
-            f"{signed(others[row], 1)} dB in the others; best-mean gives "
+            f" Of the {len(change)} designs that the search evaluated, the best one for "
+            f"{names[odd]} alone brings {signed(change[row, odd], 1)} dB there and "
+            f"{signed(others[row], 1)} dB in the others; best-mean brings "
             f"{signed(view.fleet.splv_change(view.best)[odd], 1)} and "
             f"{signed(float(view.fleet.mean(view.fleet.splv_change(view.best), rest)), 1)} dB."
         )
@@ -405,8 +398,8 @@ def _conflict(report: Report, view: PlatformFront) -> None:
                 width=width,
             ),
             f"{names[odd]}, which gains least, against the other vehicles: change of the mean "
-            "level over the scatter. Down and left is better; where the cloud bends, one vehicle "
-            "gains and the others lose.",
+            "level over the scatter. Down and left is better. Along the line no design is better "
+            "for both.",
         )
     if view.front.robust.n_objectives > 2:
         report.figure(
@@ -421,7 +414,7 @@ def _conflict(report: Report, view: PlatformFront) -> None:
         lambda: view.front.picture(view.judged_prescribed, width),
         "Both objectives of the front, with today's mounts and the picks; down and left is "
         "better. Bars: 95 % intervals by Student's t over independent scrambles of the "
-        "draws." + ("" if matters else f" The whole height is {view.sigma_range:.2g} dB of σ."),
+        "draws." + ("" if matters else f" All designs lie within {view.sigma_range:.2g} dB of σ."),
     )
 
 
@@ -465,10 +458,10 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     )
     report.section(
         "The picks",
-        "Best-mean: least mean level. None-louder: the same among designs in which no vehicle and "
-        "no booming peak is louder than today. Sigma-kept: the same with no more scatter than "
-        f"today. Best-sigma: least scatter.{_further_picks(view.front)} Here: {'; '.join(names)}."
-        f"{missing}",
+        "Best-mean has the lowest mean level. None-louder has it among the designs in which no "
+        "vehicle and no booming peak is louder than today, sigma-kept among those that scatter no "
+        f"more than today. Best-sigma has the least scatter.{_further_picks(view.front)} Here: "
+        f"{'; '.join(names)}.{missing}",
         folded=True,
     )
     report.table(
@@ -646,12 +639,12 @@ def _supplier(report: Report, view: PlatformFront) -> None:
         "New: share of today's stiffness"
         + (", of the rubber; with brackets: of mount and brackets in series" if on_brackets else "")
         + ". From and to: the range around best-mean within "
-        f"which, {freedom.sentence}, scatter of the parts included; any in bounds: that holds for "
-        "the whole range; as today: today's part lies in it. Largest change over the search: of a "
-        "vehicle's mean level or of one booming peak, whichever moves more, where this direction "
-        f"alone goes through all that was searched ({freedom.searched.min():.2f} to "
-        f"{freedom.searched.max():.2f}); the first screen has what the chosen part brings of the "
-        "mean. stiffness.csv has the picks as the search found them.",
+        f"which, {freedom.sentence}, scatter of the parts included. Any in bounds: the range "
+        "covers all bounds. As today: the range covers today's part. Largest change over the "
+        f"search: this direction alone goes from {freedom.searched.min():.2f} to "
+        f"{freedom.searched.max():.2f}, and the mean level of a vehicle or one of its booming "
+        "peaks moves by so much. The first screen says what the new part brings. stiffness.csv has "
+        "the picks as the search found them.",
         {
             column: 0 if column.endswith("[N/mm]") else 2
             for column in shown.columns

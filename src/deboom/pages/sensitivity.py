@@ -471,19 +471,18 @@ MOST_VEHICLES = 6
 def _answer(report: Report, study: Sensitivity) -> None:
     """Fill the first screen: who leads where, with shares and dB per 10 %, and what comes next."""
     words = [
-        f"{' and '.join(names)} {'lead' if len(names) > 1 else 'leads'} in "
-        f"{listed(tuple(vehicles))}"
-        for names, vehicles in _leaders(study)
+        f"{' and '.join(names)} in {listed(tuple(vehicles))}" for names, vehicles in _leaders(study)
     ]
-    verdict = "; ".join(words)
+    verdict = f"Change {'; '.join(words)}"
     rows = sorted(matters(study), key=lambda row: -float(study.indices.total[row].mean()))
     heard = float(np.abs(study.slope[rows]).max()) if rows else 0.0
     unheard = negligible(study)
     report.answer(
-        f"{verdict}: 10 % of one stiffness is worth up to {heard:.1f} dB.",
-        f"No vehicle hears {listed(unheard)}." if unheard else "",
-        f"Shares: of the variance of the mean level, alone and with others, {study.label}; largest "
-        f"interval ±{study.indices.total_interval.max():.2f}. "
+        f"{verdict}: 10 % more or less of one stiffness moves a vehicle by up to {heard:.1f} dB.",
+        f"No vehicle hears {listed(unheard)}: keep them as they are." if unheard else "",
+        f"How sure: a share is known within ± {study.indices.total_interval.max():.2f} at worst "
+        "(95 %).",
+        f"Shares: of the variance of the mean level, alone and with others, {study.label}. "
         f"{abbreviations(study.platform.mounts)}",
     )
     shown = study.vehicles[:MOST_VEHICLES]
@@ -498,7 +497,7 @@ def _answer(report: Report, study: Sensitivity) -> None:
     report.panel(
         "Each vehicle: share of the variance, and change by 10 % more stiffness",
         Table(pd.DataFrame(table), ""),
-        f"{beyond} further vehicles stand in sobol.csv." if beyond else "",
+        f"sobol.csv has {beyond} further vehicles." if beyond else "",
         wide=True,
     )
     report.panel(
@@ -630,7 +629,7 @@ def _prescribed(report: Report, study: Sensitivity) -> None:
         )
     report.section(
         "The order with prescribed motion",
-        "The thesis holds the powertrain's motion as measured, where a stiffness acts through its "
+        "The thesis keeps the powertrain's motion as measured, where a stiffness acts through its "
         f"own force alone; with {motion_name(study.index)} motion it moves the powertrain as well, "
         "and with it the forces of all other mounts. The leading stiffnesses:\n\n"
         + "\n\n".join(words),
@@ -678,7 +677,9 @@ def _mattering(
     """Keep a table, and show of it the stiffnesses that matter, without further intervals."""
     names = [study.variables[row] for row in matters(study)]
     shown = table[table["variable"].isin(names)].filter(regex="^(?!interval|interaction|zero)")
-    report.table(stem, table, caption, shown=shown)
+    # intervals are a few hundredths wide
+    digits = {name: 2 for name in map(str, shown) if name.endswith("[1]")}
+    report.table(stem, table, caption, digits, shown=shown)
 
 
 def _order(study: Sensitivity) -> float:

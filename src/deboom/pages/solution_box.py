@@ -29,12 +29,13 @@ from deboom.physics.dynamic_stiffness import N_PER_MM
 from deboom.plot.style import mount_colours, signed
 from deboom.report import Report, Step, Table
 from deboom.vehicles.booming_model import BoomingModel
+from deboom.vehicles.fleet_front import PeakRise
 from deboom.vehicles.free_directions import NOTICEABLE, DirectionFreedom, free_directions
 from deboom.vehicles.limits import MeanLevel, PeakLevel
 from deboom.vehicles.platform import MountSource, Runs
 
-SHOWN_PARTS = 4096
-"""Parts of the box whose levels are drawn, and of each of its ends."""
+SHOWN_PARTS, PEAK_PARTS = 4096, 256
+"""Parts of the box whose levels are drawn, and of each of its ends; those with peaks."""
 USUAL_SHARE = 0.8
 """Of what a front's design brings each vehicle, that limits keep where nobody states any [1]."""
 TIGHTEST = 2
@@ -148,15 +149,22 @@ def _numbers(report: Report, study: BoxStudy, certainty: Interval) -> None:
         "share of the parts that keeps the limit, verified with new draws",
         headline=".3f",
     )
-    report.number("share_bound", check.bound, "1", "share that holds with 95 % confidence")
+    report.number(
+        "share_bound",
+        check.bound,
+        "1",
+        "share of parts that keep the limits, at least, with 95 % confidence",
+    )
     report.number(
         "share_missed_worst",
         float(study.missed.max()),
         "1",
-        "share of the parts that misses the limit in the vehicle that binds",
+        "share of the parts that miss the limit of binding_vehicle",
         headline=".3f",
     )
-    report.number("binding_vehicle", study.binding, "", "vehicle that binds", headline="s")
+    report.number(
+        "binding_vehicle", study.binding, "", "vehicle whose limit most parts miss", headline="s"
+    )
     report.number(
         "width_ratio_pm15",
         study.width_over_plain,
@@ -356,6 +364,12 @@ class BoxStudy:
         return self.question.excess(self.question.parts(self.box.ends, self._unit))
 
     @cached_property
+    def peak_rises(self) -> RealArray:
+        """Rise of the booming peak that rises most, of parts of the box, (PEAK_PARTS,) [dB]."""
+        parts = self.question.parts(self.box.ends, self._unit[:PEAK_PARTS])
+        return PeakRise(self.index, self.space.nominal)(parts)[:, 0]
+
+    @cached_property
     def faces(self) -> RealArray:
         """Share of the parts at each end of each interval, shape (2, k) [1]."""
         return face_shares(self.question, self.box, self._unit)
@@ -432,8 +446,8 @@ def _answer(report: Report, study: BoxStudy, certainty: Interval, what: str, run
     report.panel(
         "Intervals, each direction independent of all others",
         Table(table, "", dict.fromkeys(("from [1]", "to [1]"), 2)),
-        "From and to: shares of today's stiffness, which hold at every state. N/mm stand with "
-        "preload, amplitude and frequency on the supplier's sheet.",
+        "From and to: shares of today's stiffness, at every state. The supplier's sheet has N/mm "
+        "with preload, amplitude and frequency.",
         wide=True,
     )
     levels = study.shown_excess + limit
@@ -450,7 +464,7 @@ def _answer(report: Report, study: BoxStudy, certainty: Interval, what: str, run
     report.panel("Each vehicle", Table(each, ""), f"{study.response.quantity.capitalize()}.")
     report.panel(
         "What to do next",
-        Step(f"deboom accept {run} PARTS", "hold a delivery against it"),
+        Step(f"deboom accept {run} PARTS", "judge a delivery by it"),
         Step(f"deboom report FRONT --supplier --box {run}", "sheets with these intervals"),
         Step("deboom run solution_box --below-today 1", "ask each vehicle to be quieter"),
     )
@@ -471,6 +485,18 @@ def _worth(study: BoxStudy) -> str:
         else "--front RUN asks each vehicle to keep 80 % of its gain."
     )
     return f"{sentence} {inside - design:.1f} dB are given up for wide intervals; {remedy}"
+
+
+def _peaks(study: BoxStudy) -> str:
+    """Say in how many parts of the box a booming peak is louder than today's."""
+    rises = study.peak_rises
+    louder = np.count_nonzero(rises > NOTICEABLE)
+    if louder:
+        return (
+            f"In {_percent(louder / len(rises), 1)} of the parts a booming peak is louder than "
+            f"today, by up to {rises.max():.1f} dB."
+        )
+    return f"No booming peak is louder than today in {len(rises)} parts drawn from the box."
 
 
 def _answer_in_words(study: BoxStudy, certainty: Interval, what: str) -> tuple[str, ...]:
@@ -494,10 +520,10 @@ def _answer_in_words(study: BoxStudy, certainty: Interval, what: str) -> tuple[s
     free = int(study.effective.sum()) - len(ends)
     deliver = f"Deliver {listed(tuple(ends))} of today's" if ends else "No direction needs an end"
     return (
-        f"{deliver}; {free} other directions are free within what was searched: "
-        f"{_percent(check.share, 1)} of {what} keep {origin}. {study.binding} binds: "
-        f"{_percent(float(study.missed.max()), 1)} of the parts miss its limit.",
-        _worth(study),
+        f"{deliver}: {_percent(check.share, 1)} of {what} keep {origin}. {free} other directions "
+        f"may be anywhere in the bounds of the search. {study.binding} is the closest to its "
+        f"limit: {_percent(float(study.missed.max()), 1)} of the parts miss it.",
+        f"{_worth(study)} {_peaks(study)}",
         f"How sure: at least {_percent(check.bound, 1)} with {_percent(check.confidence, 0)} "
         f"confidence over parts; with all measurements drawn again "
         f"{_percent(float(certainty.lower), 0)} to {_percent(float(certainty.upper), 0)} (90 %). "
@@ -523,8 +549,8 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
         f"geometric mean the intervals are {study.width_over_plain:.1f} times as wide as those of "
         f"±{PERCENT * study.tolerance:g} % about the Pareto point.\n\n"
         "The last two columns give, for parts exactly at an end, the share that keeps the limit. "
-        "At the optimum all ends that are not bounds cost the same share per weight. An end with "
-        "a much higher share lies on its bound.",
+        "In the largest box every end that the limit sets costs the same share; an end with a much "
+        "higher share lies on a bound of the search.",
     )
     box, plain = study.box, study.plain
     report.figure(
@@ -539,7 +565,7 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
             [not effective for effective in study.effective],
             mount_colours([mount.name for mount in study.runs.platform.mounts]),
         ),
-        "Interval of every direction, with today's stiffness and its ends beside it.",
+        "Interval of every direction, with today's stiffness and its ends in N/mm.",
     )
     table = _box_table(study)
     report.table(

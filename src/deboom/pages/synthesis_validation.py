@@ -294,8 +294,8 @@ def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None
         "on a body that gives way, and its microphone hears other paths as well. Forces of the "
         "bench are blocked forces. Where the hammer test recorded the accelerometers, the body's "
         "receptance makes interface forces of them, which belong with the functions of the trimmed "
-        "body; blocked forces with these functions are the thesis's approximation, and stand "
-        "beside.",
+        "body; blocked forces with these functions are the thesis's approximation, and are "
+        "shown for comparison.",
     )
     report.figure(
         "measured_synthesised",
@@ -317,7 +317,7 @@ def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None
             y_label="synthesised minus measured [dB]",
         ),
         "Error of the synthesis over frequency (thesis, figure 37). It is largest in notches, "
-        "where nobody hears it, and beside peaks that lie at another frequency; over a band in "
+        "where nobody hears it, and next to peaks that lie at another frequency; over a band in "
         f"{where}: {most:.1f} dB in the median line.",
     )
     report.table(
@@ -509,7 +509,7 @@ def _spread(report: Report, result: Validation, spread: LevelSpread) -> None:
         "Vehicles of one group",
         f"The measured levels of {len(result.vehicles)} vehicles lie {spread.quantile(0.5):.1f} dB "
         f"apart in the median line{rest}, {spread.quantile(0.9):.1f} dB in nine of ten. A "
-        "synthesis that is to tell vehicles apart must be well below that.",
+        "synthesis that is to distinguish vehicles must be well below that.",
         folded=True,
     )
     heard = result.shown[0].comparisons[ON_ROAD]

@@ -208,10 +208,10 @@ def _answer(report: Report, sets: ToleranceSets, names: str) -> None:
         else "assumed: 1 per direction at ±15 %, 2 at half the width (--cost-table)."
     )
     report.answer(
-        (f"Hold {tight}; " if tight else "Hold nothing tightly: ")
+        (f"Keep {tight}; " if tight else "Keep nothing tight: ")
         + f"{may_be_wide}: {reached} at {ratio} of the cost of one tolerance everywhere.",
-        "Against one tolerance in the directions that matter alone the cost is "
-        f"{ratio_of_effective}. Prices are {prices}",
+        f"It costs {ratio_of_effective} of one tolerance for only those directions that matter. "
+        f"Prices are {prices}",
         names,
     )
 
@@ -222,7 +222,7 @@ def _panels(report: Report, sets: ToleranceSets, name_of_run: str) -> None:
     each = pd.DataFrame(
         {
             "direction": list(cheapest.names),
-            "hold ± [%]": PERCENT * cheapest.tolerance,
+            "keep ± [%]": PERCENT * cheapest.tolerance,
             "today ± [%]": PERCENT * today.tolerance,
             "cost [1]": cheapest.cost,
             "cost today [1]": today.cost,
@@ -231,7 +231,7 @@ def _panels(report: Report, sets: ToleranceSets, name_of_run: str) -> None:
     )
     report.panel(
         "Each direction",
-        Table(each, "", {"hold ± [%]": 0, "today ± [%]": 0, "cost [1]": 2, "cost today [1]": 2}),
+        Table(each, "", {"keep ± [%]": 0, "today ± [%]": 0, "cost [1]": 2, "cost today [1]": 2}),
         "Half widths, three standard deviations. Widest: needs no precision.",
         wide=True,
     )
@@ -249,7 +249,9 @@ def _panels(report: Report, sets: ToleranceSets, name_of_run: str) -> None:
     report.panel(
         "What it is worth",
         Table(worth, "", {"cost [1]": 1, "σ, verified [dB]": 3}),
-        "One tolerance for the same target is today's here." if today_is_uniform else "",
+        "Today's tolerance is the one for all directions that reaches the target."
+        if today_is_uniform
+        else "",
     )
     report.panel(
         "What to do next",

@@ -167,15 +167,15 @@ def _answer(report: Report, measured: MeasuredUnbalance, alarms: Sequence[str]) 
         f"({1e6 * static.lower:.2f} to {1e6 * static.upper:.2f}), dynamic unbalance "
         f"{1e9 * abs(dynamic.value):.0f} g mm² ({1e9 * dynamic.lower:.0f} to "
         f"{1e9 * dynamic.upper:.0f}).",
-        f"How sure: in brackets the interval of {100 * evaluation.options.confidence:g} %; rotor, "
-        f"gas and mounts leave {chosen.sources.remaining_chi:.2f} times the noise, route "
-        f"{chosen.route.letter}; {alarms_in_words(alarms)}.",
+        f"How sure: in brackets the interval of {100 * evaluation.options.confidence:g} %. Rotor, "
+        f"gas and mounts leave {chosen.sources.remaining_chi:.2f} times the noise by route "
+        f"{chosen.route.letter}: {alarms_in_words(alarms)}.",
         "What not to trust: lines near a resonance of the mounts, where the curves are hatched; "
         "the fit over all speeds does not depend on them.",
     )
     report.panel(
         "What to do next",
-        Step("deboom unbalance TEST --limits FILE", "hold it against limits"),
+        Step("deboom unbalance TEST --limits FILE", "judge it by limits"),
         Step("deboom run compressor_front --cars CAR", "the mounts that make cars quiet"),
         wide=True,
     )
@@ -197,8 +197,8 @@ def _procedure(report: Report, measured: MeasuredUnbalance) -> None:
         "What was asked, and with which data",
         "The hammer test of the compressor at rest, without hoses, gives its apparent mass. The "
         "load inside is the apparent mass times the accelerations of first order in operation. "
-        f"Sweeps: {sweeps}.\n\n{evaluation.sense.statement}\n\nAll bands and intervals hold with "
-        f"{100 * evaluation.options.confidence:g} %. They include noise of sweeps and hammer "
+        f"Sweeps: {sweeps}.\n\n{evaluation.sense.statement}\n\nAll bands and intervals are those "
+        f"of {100 * evaluation.options.confidence:g} %. They include noise of sweeps and hammer "
         "test, remaining errors of placement and calibration after the hammer test, and a "
         "possible change of the mounts between hammer test and operation.\n\n"
         f"At most {apart:.2g} % of the measured acceleration is not rigid motion, at any speed. A "
@@ -422,7 +422,7 @@ def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> 
         "figure_62c_forces",
         lambda: _forces_over_speed(forces),
         "Forces inside as they appear with the hoses joined (thesis, figure 62c): where the hoses "
-        "resonate, they stand beside the truth of rotor and gas.",
+        "resonate, they are drawn with the truth of rotor and gas.",
     )
 
 

@@ -432,7 +432,7 @@ def spl_curves(
 def _curves(
     axes: Axes, frequency: RealArray, before: RealArray, after: RealArray, colour: str
 ) -> None:
-    quieter = after < before
+    quieter, louder = after < before, after > before
     axes.plot(frequency, before, color=MUTED, lw=1.1, ls=(0, (4, 1.6)), label="today")
     axes.plot(frequency, after, color=colour, linewidth=1.5, label="new")
     axes.fill_between(
@@ -445,6 +445,18 @@ def _curves(
         linewidth=0.0,
         label="quieter than today",
     )
+    if louder.any():
+        axes.fill_between(
+            frequency,
+            before,
+            after,
+            where=louder,
+            facecolor="none",
+            edgecolor=INK,
+            hatch="//////",
+            linewidth=0.0,
+            label="louder than today",
+        )
 
 
 def _level_axis(axes: Axes, frequency: RealArray, levels: RealArray) -> None:
@@ -462,7 +474,9 @@ def _level_axis(axes: Axes, frequency: RealArray, levels: RealArray) -> None:
 
 
 def _spl_legend(figure: Figure, panels: list[Axes]) -> None:
-    handles, labels = panels[0].get_legend_handles_labels()
+    shown = (zip(*axes.get_legend_handles_labels(), strict=True) for axes in panels)
+    by_label = {label: handle for pairs in shown for handle, label in pairs}
+    handles, labels = list(by_label.values()), list(by_label)
     if len(panels) < len(figure.axes):
         free = figure.axes[len(panels)]
         free.legend(handles, labels, loc="center left", fontsize=8.5)

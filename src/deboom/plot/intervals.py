@@ -13,6 +13,7 @@ import numpy.typing as npt
 from deboom.plot.style import ACCENT, INK, MUTED, TRACK, finite, panel_grid
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _ROW = 0.21  # in, of one interval
@@ -44,7 +45,7 @@ def interval_panels(
     """Draw values with their intervals, in panels that share their rows.
 
     - `rows`: top to bottom.
-    - `panels`: at least one; a group has one colour in all of them.
+    - `panels`: at least one; a group has one colour in all of them, and a label one axis.
     - `columns`: panels side by side; by default all.
     - raises InputError: no panel, arrays of other lengths than the rows, values that are not
       finite.
@@ -75,6 +76,8 @@ def interval_panels(
                 y = checked["rows"] + (offset if len(panel.groups) > 1 else 0.0)
                 axes.hlines(y, checked["lower"], checked["upper"], color=colours[name], lw=1.6)
                 axes.plot(checked["value"], y, marks[name], color=colours[name], markersize=4.0)
+        _share_x(grid, panels)
+        for axes, panel in zip(grid, panels, strict=True):
             low, high = axes.get_xlim()
             if low < 0.0 < high:
                 axes.axvline(0.0, color=MUTED, linewidth=0.8, zorder=0)
@@ -90,3 +93,12 @@ def interval_panels(
             ]
             figure.legend(handles=handles, loc="outside lower center", ncols=min(len(names), 4))
         return figure
+
+
+def _share_x(grid: Sequence[Axes], panels: Sequence[IntervalPanel]) -> None:
+    """Give panels of one quantity the same axis, so that they compare by eye."""
+    for label in {panel.x_label for panel in panels}:
+        alike = [axes for axes, panel in zip(grid, panels, strict=True) if panel.x_label == label]
+        low, high = np.transpose([axes.get_xlim() for axes in alike])
+        for axes in alike:
+            axes.set_xlim(low.min(), high.max())

@@ -110,7 +110,7 @@ def curve_matrix(
             "right": 0.99,
             "bottom": 0.62 / height,
             "top": 1 - 0.5 / height,
-            "wspace": 0.26 if logarithmic else 0.33,
+            "wspace": 0.4 if logarithmic else 0.33,  # a shared scale has labels in the middle, too
             "hspace": 0.12 if logarithmic else 0.24,
         }
         grid = figure.subplots(n, n, sharex=True, gridspec_kw=places)

@@ -8,6 +8,7 @@ import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache, cached_property
+from html import escape
 from importlib.resources import files
 from itertools import groupby
 from math import isfinite
@@ -35,6 +36,7 @@ SUMMARY, PAGE = "summary.json", "report.html"
 
 _PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _PIXELS_PER_CSS_PIXEL = 1.5
+_OPTION = re.compile(r"(?<![\w-])(--[a-z][\w-]*)")
 _CONTENTS_FROM = 4  # sections
 
 
@@ -580,7 +582,7 @@ def _templates() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"image": as_image, "audio": as_audio}
+    environment.filters |= {"image": as_image, "audio": as_audio, "escaped": _escaped}
     return environment
 
 
@@ -663,6 +665,11 @@ def _check_png(png: bytes, caption: str) -> None:
 def _paragraphs(texts: Sequence[str]) -> list[str]:
     blocks = (" ".join(b.split()) for text in texts for b in re.split(r"\n\s*\n", text))
     return [block for block in blocks if block]
+
+
+def _escaped(text: str) -> str:
+    """Escape a text for the page; its lines break before or behind ``--option``, not inside."""
+    return _OPTION.sub(r'<span class="option">\1</span>', escape(text))
 
 
 def _facts(provenance: Mapping[str, object]) -> dict[str, str]:

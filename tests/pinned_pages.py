@@ -23,6 +23,7 @@ import pytest
 from matplotlib.colors import to_hex, to_rgba_array
 from PIL import Image
 
+import ten_questions
 from deboom import progress
 from deboom.plot import style
 from deboom.report import Report, report
@@ -118,8 +119,12 @@ def run_aloud(study, out, options):
 def hold(folder, name, like=None):
     """Compare a run, or one page, with what was pinned; write it where that is asked for.
 
-    A second run of one page names the pin that it is `like`: its prose stands there alone.
+    A second run of one page names the pin that it is `like`: its prose stands there alone. The
+    first screen of a page that `ten_questions` knows must answer them.
     """
+    if answers := ten_questions.PAGES.get(like or name):
+        page = (Path(folder) / "report.html").read_text(encoding="utf-8")
+        assert ten_questions.unanswered(page, answers) == []
     said = pinned_text(Path(folder))
     if like is not None:
         said = [*_beside(said, (PAGES / f"{like}.txt").read_text(encoding="utf-8"), like)]

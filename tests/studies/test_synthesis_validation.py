@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import ten_questions
 from deboom import plot
 from deboom.bench.campaign import TRAINING_RUNS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
@@ -213,6 +214,8 @@ def test_two_vehicles_show_what_the_page_of_the_thesis_says(validation, monkeypa
     assert two.summary["level_spread_db"] == pytest.approx(12.0)
     two.write(tmp_path)
     assert list(wrong_in_run(read_thesis(), "sound", tmp_path, two.numbers)) == []
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert ten_questions.unanswered(page, ten_questions.PAGES["synthesis_validation"]) == []
 
 
 def test_without_truth_accelerances_and_mix_what_is_unknown_is_left_out(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from test_cli_platform import changed_toml, filled, made
 
+import ten_questions
 from command_line import call
 from deboom.bench.campaign import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
@@ -132,6 +133,15 @@ def test_impacts_without_coherence_are_named_in_the_first_sentence():
     assert words.startswith("look at the coherence of I02 (0.30), whose worst channel")
 
 
+@pytest.mark.usefixtures("no_pictures")
+def test_what_check_warns_of_is_in_the_first_sentence(tmp_path, monkeypatch):
+    words = "campaign  mine\nWARNING  the force of EnM z is 1.1 ms late.\nWARNING  one more."
+    monkeypatch.setattr(look, "check_folder", lambda _: ([], [], words))
+    report = look_report(filled(made(tmp_path / "mine")))
+    late = "No fault, but deboom check warns: the force of EnM z is 1.1 ms late (and 1 more)"
+    assert report.verdict.startswith(late)
+
+
 def test_what_the_numbers_contradict_is_a_warning_beside_its_picture(tmp_path):
     folder = filled(made(tmp_path / "mine"))
     path = folder / "operating/fast.uff"
@@ -158,7 +168,9 @@ def test_the_command_writes_one_page(tmp_path):
     folder = filled(made(tmp_path / "mine"))
     done = call("look", folder, "--out", tmp_path / "results")
     run = Path(done.stdout.strip())
-    assert "First look: mine" in (run / "report.html").read_text(encoding="utf-8")
+    page = (run / "report.html").read_text(encoding="utf-8")
+    assert "First look: mine" in page
+    assert ten_questions.unanswered(page, ten_questions.PAGES["look"]) == []
     shutil.rmtree(folder / "operating")
     assert "slow.uff cannot be read" in call("look", folder, code=2).stderr
 

@@ -24,7 +24,7 @@ _SHOWN_IN = {"acceleration": ("mm/s²", 1e3), "velocity": ("mm/s", 1e3), "displa
 
 TRADED = (
     "Boom against vibration: change of the mean level at all ears, and of the seat or wheel that "
-    "gets worst{where}. Down and left is better. Along the line no design is better for both."
+    "gets worst{where}. Down and left is better. The line joins designs that none beats in both."
 )
 
 

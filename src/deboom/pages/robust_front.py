@@ -398,8 +398,8 @@ def _conflict(report: Report, view: PlatformFront) -> None:
                 width=width,
             ),
             f"{names[odd]}, which gains least, against the other vehicles: change of the mean "
-            "level over the scatter. Down and left is better. Along the line no design is better "
-            "for both.",
+            "level over the scatter. Down and left is better. The line joins designs "
+            "that none beats in both.",
         )
     if view.front.robust.n_objectives > 2:
         report.figure(

@@ -87,7 +87,7 @@ def front_report(view: PlatformFront) -> Report:
     half = PERCENT * view.front.robust.space.tolerance.max()
     report = Report(
         f"What to build: {view.platform.title}",
-        f"Which stiffnesses make {listed(view.fleet.vehicles)} quiet between {first:g} and "
+        f"Which stiffnesses make {listed(view.runs.fleet.names)} quiet between {first:g} and "
         f"{last:g} Hz, and keep them quiet when parts scatter within ±{half:.0f} %?",
     )
     motion = view.motion_report
@@ -162,11 +162,13 @@ def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     whose = f"{view.target:g} dB(A)" if view.target is not None else "its vehicle's level of today"
     if view.target is None and any(each.target is not None for each in view.index.receivers):
         whose = "that of platform.toml, or its vehicle's level of today"
+    several = len(view.fleet.vehicles) > len(view.runs.fleet.names)
+    ear = "each ear" if several else "the driver's ear"
     table = vehicle_table(view.fleet, best, target=view.cars_target, expected=expected)
     report.panel(
         "Each vehicle",
         Table(table, "", VEHICLE_DECIMALS),
-        f"Mean level at the driver's ear. {cars_sentences(view.fleet, table, whose)}"
+        f"Mean level at {ear}. {cars_sentences(view.fleet, table, whose)}"
         + (
             " Levels, change and peaks are the model's; expected and its interval are of cars as "
             "they are."

@@ -278,7 +278,7 @@ def compared_report(studies: Sequence[Comparison]) -> Report:
         return comparison_report(studies[0])
     report = Report("Fronts compared", QUESTION)
     first, *others = sentences(studies)
-    report.answer(first, *others, _key(studies[0]), _how_sure(studies[0]), NOT_TO_TRUST)
+    report.answer(first, *others, letters_in_words(studies[0]), _how_sure(studies[0]), NOT_TO_TRUST)
     _next(report, studies)
     report.section("The verdict", "\n\n".join(sentences(studies)))
     report.number(
@@ -300,7 +300,7 @@ NOT_TO_TRUST = (
 )
 
 
-def _key(study: Comparison) -> str:
+def letters_in_words(study: Comparison) -> str:
     """Say which runs the letters stand for; empty where names say it themselves."""
     if not study.best.startswith(LETTERED):
         return ""
@@ -372,7 +372,7 @@ def comparison_report(study: Comparison) -> Report:
     report.answer(
         f"{verdict[0].upper()}{verdict[1:]}",
         beside,
-        _key(study),
+        letters_in_words(study),
         _how_sure(study),
         NOT_TO_TRUST,
     )

@@ -22,6 +22,7 @@ from deboom.pages.comparison import (
     compared_report,
     configuration_names,
     judged,
+    letters_in_words,
     sentences,
 )
 from deboom.progress import progress_bar
@@ -92,6 +93,6 @@ def run(runs: list[ComparedRun], options: Options) -> Report:
                     judge_name=name,
                 )
             )
-    for sentence in sentences(comparisons):
+    for sentence in filter(None, (letters_in_words(comparisons[0]), *sentences(comparisons))):
         print(sentence)
     return compared_report(comparisons)

@@ -193,6 +193,22 @@ def test_runs_are_named_by_options_that_their_study_has():
     assert configuration_names(runs) == [name for *_, name in options_and_titles]
 
 
+@pytest.mark.parametrize(
+    ("options", "names"),
+    [
+        ("a", ["option-a 8 draws", "option-a 16 draws", "option-a 8 draws"]),
+        ("abcdef", ["front A", "front B", "front A"]),
+    ],
+)
+def test_runs_that_differ_in_much_are_named_by_letters(options, names):
+    runs = []
+    for draws in (8, 16, 8):
+        arguments = {f"option_{letter}_": f"{draws} draws" for letter in options}
+        record = {"seed": len(runs), "arguments": arguments, "facts": {}}
+        runs.append(ComparedRun(entry=RunEntry(Path("front"), record), prepared=None, front=None))
+    assert configuration_names(runs) == names
+
+
 def copied(run, folder):
     target = folder / run.parent.name / run.name
     shutil.copytree(run, target)

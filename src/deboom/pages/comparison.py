@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from openpyxl.utils import get_column_letter
 
 from deboom import plot
 from deboom.arrays import PERCENT, RealArray
@@ -40,6 +41,7 @@ from deboom.explore.robust import Robust
 from deboom.explore.selection import at_nominal, variables_without_effect
 from deboom.files.front_run import NOT_THE_CONFIGURATION, ComparedRun
 from deboom.files.run_folder import RunEntry
+from deboom.names import option_name
 from deboom.plot.style import signed
 from deboom.progress import Progress
 from deboom.report import Report, Step
@@ -49,6 +51,9 @@ CHUNK = 50
 QUESTION = "Which of these fronts is better, and is the difference real?"
 SHOWN_PAIRS = 15
 """Pairs that a page shows of many."""
+LONGEST_NAME = 60
+"""Characters of a configuration's name; with more, names are `LETTERED`."""
+LETTERED = "front "
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -232,7 +237,8 @@ def judged(
 def configuration_names(runs: Sequence[ComparedRun]) -> list[str]:
     """Return the name of each run's configuration: the options in which they differ.
 
-    Runs that differ in nothing but the seed, all of them, are configurations of their own.
+    Runs that differ in nothing but the seed, all of them, are configurations of their own. Where
+    they differ in so much that a sentence could not hold it, names are ``front A`` and so on.
     """
     if len({run.configuration for run in runs}) == 1:
         seeds = [run.seed for run in runs]
@@ -243,10 +249,14 @@ def configuration_names(runs: Sequence[ComparedRun]) -> list[str]:
     several = table["study"].nunique() > 1
     within = table.groupby("study").nunique(dropna=False).max() > 1
     differing = [*["study"] * several, *within.index[within]]
-    return [
+    names = [
         ", ".join(f"{name} {value}" for name, value in row.dropna().items())
         for _, row in table[differing].iterrows()
     ]
+    if max(map(len, names)) <= LONGEST_NAME:
+        return names
+    letters = {name: get_column_letter(k) for k, name in enumerate(dict.fromkeys(names), 1)}
+    return [f"{LETTERED}{letters[name]}" for name in names]
 
 
 def _options(entry: RunEntry) -> dict[str, str]:
@@ -255,7 +265,7 @@ def _options(entry: RunEntry) -> dict[str, str]:
     for name, value in entry.record["arguments"].items():
         if name not in NOT_THE_CONFIGURATION:
             fact = f"{entry.record.get('facts', {}).get(name, '')} by default".strip()
-            words[name.replace("_", "-")] = fact if value is None else str(value)
+            words[option_name(name)] = fact if value is None else str(value)
     return words
 
 
@@ -268,7 +278,7 @@ def compared_report(studies: Sequence[Comparison]) -> Report:
         return comparison_report(studies[0])
     report = Report("Fronts compared", QUESTION)
     first, *others = sentences(studies)
-    report.answer(first, *others, _how_sure(studies[0]), NOT_TO_TRUST)
+    report.answer(first, *others, letters_in_words(studies[0]), _how_sure(studies[0]), NOT_TO_TRUST)
     _next(report, studies)
     report.section("The verdict", "\n\n".join(sentences(studies)))
     report.number(
@@ -288,6 +298,18 @@ NOT_TO_TRUST = (
     "What not to trust: a better front is one of the model. What it brings in cars is on its own "
     "page."
 )
+
+
+def letters_in_words(study: Comparison) -> str:
+    """Say which runs the letters stand for; empty where names say it themselves."""
+    if not study.best.startswith(LETTERED):
+        return ""
+    runs = {
+        name: listed(tuple(judged.run.entry.name for judged in group))
+        for name, group in study.groups.items()
+    }
+    words = "; ".join(f"{name} of run {run}" for name, run in runs.items())
+    return f"{words[0].upper()}{words[1:]}: the last table has all in which they differ."
 
 
 def _how_sure(study: Comparison) -> str:
@@ -350,6 +372,7 @@ def comparison_report(study: Comparison) -> Report:
     report.answer(
         f"{verdict[0].upper()}{verdict[1:]}",
         beside,
+        letters_in_words(study),
         _how_sure(study),
         NOT_TO_TRUST,
     )
@@ -692,7 +715,7 @@ def _facts(run: ComparedRun) -> Mapping[str, Any]:
     revision = git.get("revision")
     return {
         "study": run.entry.study,
-        **{name.replace("_", "-"): value for name, value in record["arguments"].items()},
+        **{option_name(name): value for name, value in record["arguments"].items()},
         **{name.replace("_", " "): value for name, value in record.get("facts", {}).items()},
         "Python": environment.get("python"),
         **environment.get("packages", {}),

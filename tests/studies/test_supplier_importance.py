@@ -2,17 +2,22 @@
 
 import re
 import shutil
+from pathlib import Path
 
+import numpy as np
 import openpyxl
 import pandas as pd
 import pytest
 
 from command_line import call, refused
+from deboom.language import Language
 from deboom.pages.sensitivity import SLOPE
 from deboom.runs.runner import load_study, run_study
+from deboom.supplier.sources import page_text
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import MountSource
 
+EXAMPLE = Path(__file__).parents[2] / "results" / "sensitivity" / "example"
 BUDGET = {"seed": 1, "n": 64, "resamples": 20, "mounts": MountSource.spectra}
 
 
@@ -55,6 +60,36 @@ def test_every_mount_gets_a_page_and_a_workbook(folder, tmp_path):
     assert "U06-5" in page
     assert "evenly within ±15 %" in page
     assert "TSM-001" in page
+    (case, _), *_ = runs.cases
+    lines = case.displacement.frequency
+    inside = (lines >= runs.band[0]) & (lines <= runs.band[1])
+    moved = np.abs(case.displacement.select(("TSM x",)).values[inside]).mean()
+    assert row["amplitude, peak [mm]"] == pytest.approx(1e3 * moved)
+    assert "wheel torque [N m]" in page
+
+
+def test_what_is_not_identified_has_no_share_and_decibels_can_be_left_out(tmp_path):
+    words = ("report", EXAMPLE, "--supplier", "--mount", "TSM", "--no-decibels", "--out", tmp_path)
+    call(*words)
+    book = openpyxl.load_workbook(tmp_path / "supplier_sheet_TSM.xlsx")
+    head, *rows = book["importance"].values
+    unknown = dict(zip(head, next(r for r in rows if r[0] == "TSM y"), strict=True))
+    assert unknown["class"] == "not identified"
+    assert {unknown["share, alone [%]"], unknown["share, with others [%]"]} == {None}
+    known = dict(zip(head, next(r for r in rows if r[0] == "TSM z"), strict=True))
+    assert known["share, with others [%]"] is not None
+    assert not [label for label in head if "[dB]" in label]
+    assert "dB" not in page_text((tmp_path / "supplier_sheet_TSM.html").read_text("utf-8"))
+
+
+@pytest.mark.parametrize("language", list(Language))
+def test_the_sheets_are_one_or_two_pages_of_paper(folder, tmp_path, browser, language):
+    """Also of the mount with the most directions that matter; counted by a browser."""
+    words = ("--supplier", "--anonymous", "--language", language.value, "--out", tmp_path)
+    call("report", folder, *words)
+    for page in tmp_path.glob("*.html"):
+        browser.open(page)
+        assert browser.printed_pages() <= 2
 
 
 def test_an_anonymous_german_sheet_names_no_vehicle(folder, tmp_path):

@@ -175,6 +175,7 @@ WORDS: Mapping[str, Word] = {
     "first_articles": Word("first articles", "Erstmuster"),
     "band": Word("band of the noise", "Band des Geräuschs", HZ),
     "load_case": Word("load case", "Lastfall"),
+    "wheel_torque": Word("wheel torque", "Radmoment", "N m"),
     "uncertainty": Word("measuring uncertainty, 95 %", "Messunsicherheit, 95 %", PER_CENT),
     "weight": Word("weight force x, y, z", "Gewichtskraft x, y, z", NEWTON),
     "zero": Word("zero of the static curve", "Nullpunkt der statischen Kennlinie"),

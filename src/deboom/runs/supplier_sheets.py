@@ -196,5 +196,6 @@ def _importance(
         language=order.language,
         stem=STEM,
         issued=order.issued,
+        decibels=order.decibels,
     )
     return written_sheets(entry, out, pages, ())

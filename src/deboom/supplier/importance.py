@@ -6,6 +6,7 @@ import string
 from dataclasses import dataclass
 from functools import cached_property, partial
 
+import numpy as np
 import pandas as pd
 
 from deboom import plot
@@ -16,6 +17,7 @@ from deboom.files.run_folder import RunEntry
 from deboom.files.supplier_words import label, labelled, said
 from deboom.files.tables import read_frame
 from deboom.language import Language
+from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import Mount
 from deboom.pages.front import drawn_rows
 from deboom.pages.sensitivity import NEGLIGIBLE, SLOPE, Analysis
@@ -57,6 +59,10 @@ class ImportanceSheet:
     language : Language
     secrets : tuple of str
         Names and paths that an anonymous sheet may not hold; empty if it is not anonymous.
+    issued : str
+        Day, YYYY-MM-DD.
+    decibels : bool
+        Whether it says how the level changes.
     """
 
     mount: Mount
@@ -68,6 +74,8 @@ class ImportanceSheet:
     tolerance: float
     language: Language
     secrets: tuple[str, ...]
+    issued: str
+    decibels: bool
 
     @cached_property
     def vehicles(self) -> dict[str, str]:
@@ -80,9 +88,12 @@ class ImportanceSheet:
 
     @cached_property
     def by_vehicle(self) -> pd.DataFrame:
-        """One row per direction and vehicle, by keys: shares with interval, and dB per 10 %."""
+        """One row per direction and vehicle, by keys: shares with interval, and dB per 10 %.
+
+        Where a direction is not identified, its numbers are nan: they would be those of a guess.
+        """
         rows = self.indices[self.indices["variable"].isin(self.mount.variables)]
-        return pd.DataFrame(
+        table = pd.DataFrame(
             {
                 "direction": rows["variable"],
                 "vehicle": rows["vehicle"].map(self.vehicles),
@@ -92,18 +103,23 @@ class ImportanceSheet:
                 "slope": rows[SLOPE],
             }
         ).reset_index(drop=True)
+        table.loc[table["direction"].map(self._unknown), list(table)[2:]] = np.nan
+        return table if self.decibels else table.drop(columns="slope")
 
     @cached_property
     def summary(self) -> pd.DataFrame:
         """One row per direction: mean over the vehicles, and the vehicle that hears it most."""
         grouped = self.by_vehicle.groupby("direction", sort=False)
-        table = grouped[["share_alone", "share_total", "slope"]].mean()
-        table["slope_percent"] = table["slope"] / 10.0
-        table["slope_tolerance"] = table["slope"] * 10.0 * self.tolerance
-        strongest = self.by_vehicle.loc[grouped["share_total"].idxmax()].set_index("direction")
+        table = grouped[list(self.by_vehicle)[2:]].mean().drop(columns="share_half_width")
+        if self.decibels:
+            table["slope_percent"] = table["slope"] / 10.0
+            table["slope_tolerance"] = table["slope"] * 10.0 * self.tolerance
+        largest = self.by_vehicle.sort_values("share_total", ascending=False, kind="stable")
+        strongest = largest.dropna(subset="share_total").groupby("direction").first()
         table["most_in"] = strongest["vehicle"]
         table["share_there"] = strongest["share_total"]
         table = table.reset_index()
+        table.insert(1, "amplitude_mm", table["direction"].map(self._amplitude))
         table.insert(1, "today", table["direction"].map(self._today))
         table.insert(1, "duty", [self._class(name) for name in table["direction"]])
         return table
@@ -117,6 +133,25 @@ class ImportanceSheet:
         pairs = zip(names, stiffness, strict=True)
         return {name: float(value) for name, value in pairs if not self._unknown(name)}
 
+    @cached_property
+    def _amplitude(self) -> dict[str, float]:
+        """Mean amplitude of each direction in operation, in the band; mean of pieces [mm peak]."""
+        case, low, high = self._state
+        lines = case.displacement.frequency
+        inside = (lines >= low) & (lines <= high)
+        amplitudes = {}
+        for name, axis in zip(self.mount.variables, AXES, strict=True):
+            channels = self.mount.channels(axis)
+            if set(channels) <= set(case.displacement.channels):
+                moved = case.displacement.select(channels).values[inside]
+                amplitudes[name] = 1e3 * float(np.abs(moved).mean())
+        return amplitudes
+
+    @property
+    def _state(self) -> tuple[LoadCase, float, float]:
+        """First load case, and ends of the band [Hz]: where |K| holds."""
+        return self.runs.cases[0][0], *self.runs.band
+
     def _unknown(self, variable: str) -> bool:
         mount, _, axis = variable.rpartition(" ")
         return axis in AXES and bool(self.runs.parts) and not self.runs.identified(mount, axis)
@@ -129,8 +164,12 @@ class ImportanceSheet:
     def head(self) -> dict[str, str]:
         """Fields of the head by keys: the part, and at what its stiffness holds."""
         number = self.programme.mount(self.mount.name)
-        case, _ = self.runs.cases[0]
-        low, high = self.runs.band
+        case, low, high = self._state
+        lines = case.displacement.frequency
+        torque = ""
+        if case.engine_torque is not None:
+            of_band = case.wheel_torque[(lines >= low) & (lines <= high)]
+            torque = f"{of_band.min():.0f}–{of_band.max():.0f}"
         return {
             "part_number": number.part_number or "",
             "drawing": number.drawing_number or "",
@@ -138,6 +177,8 @@ class ImportanceSheet:
             "contact": self.programme.contact or "",
             "load_case": case.name if self.secrets else case.title,
             "band": f"{low:g}–{high:g}",
+            "wheel_torque": torque,
+            "issued": self.issued,
         }
 
     @property
@@ -151,7 +192,7 @@ class ImportanceSheet:
         """Write the page; `foot` is where it comes from."""
         say, name = self.language.say, self.mount.name
         page = Sheet(
-            say(f"Mount {name}: what hangs on it", f"Lager {name}: was an ihm hängt"),
+            say(f"Mount {name}: which directions matter", f"Lager {name}: welche Richtung zählt"),
             say(self.mount.description, self.mount.description_de or self.mount.description),
             self.language,
         )
@@ -161,23 +202,24 @@ class ImportanceSheet:
             say(
                 "Share of the variance of the booming level at the driver's ear that the dynamic "
                 "stiffness of a direction is behind: alone, and with all that it does with "
-                "others (Sobol indices, first order and total), means over the vehicles; and the "
-                "change of the mean level when it is 10 % stiffer than today. A direction with a "
-                "small share needs no precision for booming; one with a large share does. ",
+                "others (Sobol indices, first order and total), means over the vehicles. A "
+                "direction with a small share needs no precision for booming; one with a large "
+                "share does. ",
                 "Anteil an der Varianz des Brummpegels am Fahrerohr, hinter dem die dynamische "
                 "Steifigkeit einer Richtung steht: allein, und mit allem, was sie zusammen mit "
-                "anderen tut (Sobol-Indizes, erster Ordnung und total), Mittel über die Fahrzeuge; "
-                "und die Änderung des mittleren Pegels, wenn sie 10 % steifer ist als heute. Eine "
-                "Richtung mit kleinem Anteil braucht für das Brummen keine Genauigkeit, eine mit "
-                "großem schon. ",
+                "anderen tut (Sobol-Indizes, erster Ordnung und total), Mittel über die Fahrzeuge. "
+                "Eine Richtung mit kleinem Anteil braucht für das Brummen keine Genauigkeit, eine "
+                "mit großem schon. ",
             )
             + self._variation()
             + say(
-                " |K| is today's, the mean in operation over load case and band of the head. Where "
-                "a direction is not identified, its share is as unsure as its stiffness.",
-                " |K| ist das heutige, im Betrieb gemittelt über Lastfall und Band im Kopf. Wo "
-                "eine Richtung nicht identifiziert ist, ist ihr Anteil so unsicher wie ihre "
-                "Steifigkeit.",
+                " |K| and amplitude (peak) are today's, means in operation over load case and band "
+                "of the head. Where a direction is not identified, its stiffness is not known well "
+                "enough to state a share: that is no leave to do without precision.",
+                " |K| und Amplitude (Spitze) sind die heutigen, im Betrieb gemittelt über Lastfall "
+                "und Band im Kopf. Wo eine Richtung nicht identifiziert ist, ist ihre Steifigkeit "
+                "zu unsicher für einen Anteil; das heißt nicht, dass sie keine Genauigkeit "
+                "braucht.",
             ),
         )
         show(page, self.summary)
@@ -186,7 +228,7 @@ class ImportanceSheet:
         drawn = drawn_rows(largest.loc[names].to_numpy())
         for variable, rows in self.by_vehicle.groupby("direction", sort=False):
             total, half = rows["share_total"].to_numpy(), rows["share_half_width"].to_numpy()
-            if total.max() < PERCENT * NEGLIGIBLE:
+            if not total.max() >= PERCENT * NEGLIGIBLE:
                 continue
             total, half = total[drawn], half[drawn]
             alone = rows["share_alone"].to_numpy()[drawn]
@@ -206,8 +248,21 @@ class ImportanceSheet:
                 )
                 + self._not_drawn(len(drawn)),
             )
-        page.section(say("In every vehicle", "In jedem Fahrzeug"))
-        show(page, self.by_vehicle)
+        matters = self.by_vehicle.groupby("direction")["share_total"].transform("max")
+        shown = self.by_vehicle[matters >= PERCENT * NEGLIGIBLE].reset_index(drop=True)
+        page.section(
+            say("In every vehicle", "In jedem Fahrzeug"),
+            say(
+                f"Directions with less than {PERCENT * NEGLIGIBLE:g} % in every vehicle, and those "
+                "that are not identified, stand in the workbook alone.",
+                f"Richtungen unter {page.local(PERCENT * NEGLIGIBLE)} % in jedem Fahrzeug "
+                "und nicht identifizierte stehen nur in der Arbeitsmappe.",
+            )
+            if len(shown) < len(self.by_vehicle)
+            else "",
+        )
+        if len(shown):
+            show(page, shown)
         page.foot = foot
         return page
 
@@ -244,11 +299,13 @@ def importance_sheets(
     language: Language,
     stem: str,
     issued: str,
+    decibels: bool,
 ) -> dict[str, bytes]:
     """Return page and workbook of each mount of a sensitivity run, by file name.
 
     - `entry`: the finished run, whose files have been checked; `runs`: that it is about.
     - `mount`: the part; None: all. `issued`: day, YYYY-MM-DD.
+    - `decibels`: whether they say how the level changes.
     - raises InputError: a run without dB per 10 %; an unknown mount; a leak.
     """
     platform = runs.platform
@@ -280,6 +337,8 @@ def importance_sheets(
             tolerance=arguments["tolerance"],
             language=language,
             secrets=secrets,
+            issued=issued,
+            decibels=decibels,
         )
         title = sheet.language.say(f"Mount {name}", f"Lager {name}")
         page, workbook = searched_documents(secrets, sheet.tables, title, partial(sheet.page, foot))

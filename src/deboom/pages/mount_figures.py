@@ -291,9 +291,10 @@ def append_sensors(report: Report, bench: CharacterisedBench) -> None:
         "errs by what the two differ: on a body that pitches, one above the mount moves more than "
         "the mount, one below it less, or the reverse.",
     )
-    apart = [0.0]
+    apart = []
     for mount, (in_mount, near) in beside.items():
-        for sensor, moved in near.items():
+        for name, moved in near.items():
+            sensor = name.replace(" ", "_")
             apart.append(float(np.max(np.abs(in_mount - moved))))
             report.number(
                 f"beside_error_percent_{mount}_x_{sensor}",
@@ -303,7 +304,7 @@ def append_sensors(report: Report, bench: CharacterisedBench) -> None:
             )
     report.number(
         "beside_difference_m_per_s2",
-        max(apart),
+        max(apart, default=None),
         "m/s^2",
         "largest difference of the accelerations in a mount and beside it, along x",
     )
@@ -447,6 +448,8 @@ def inflections(surface: DynamicStiffnessSurface, points: RealArray) -> list[tup
 
     Where two pieces blend, the bends are those of the blending: a change across counts once.
     """
+    if np.ptp(points[:, 0]) == 0:
+        return []
     path = np.tile(np.median(points, axis=0), (FINE, 1))
     path[:, 0] = preload = np.linspace(points[:, 0].min(), points[:, 0].max(), FINE)
     stiffness = surface.predict(path, extrapolate=True).real

@@ -204,7 +204,7 @@ def _paragraph(thesis: Thesis, item: Item) -> str:
     if item.schematic:
         sentences.append("It is schematic")
     if item.sections:
-        headings, files = " and ".join(item.sections), ", ".join(item.files)
+        headings, files = ", ".join(item.sections), ", ".join(item.files)
         sentences.append(f"{thesis.runs[item.run]} shows it under {headings} ({files})")
     if item.see:
         sentences.append(_capital(item.see))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -179,12 +180,16 @@ def _some_lines(spectrum: Spectrum, rows: BoolArray) -> Spectrum:
 
 def _vehicle_at(vehicle: Vehicle, lines: RealArray) -> Vehicle:
     """Return a vehicle whose functions have other lines."""
-    return replace(
-        vehicle,
-        noise_transfer=_frf_at(vehicle.noise_transfer, lines),
-        receptance=None if vehicle.receptance is None else _frf_at(vehicle.receptance, lines),
-        receivers={each: _frf_at(frf, lines) for each, frf in vehicle.receivers.items()},
-    )
+    moved = copy(vehicle)
+    functions = {
+        "noise_transfer": _frf_at(vehicle.noise_transfer, lines),
+        "receptance": None if vehicle.receptance is None else _frf_at(vehicle.receptance, lines),
+        "receivers": {each: _frf_at(frf, lines) for each, frf in vehicle.receivers.items()},
+    }
+    # not by `replace`: bodies were judged on all lines, and noise of a few looks like a fault
+    for name, values in functions.items():
+        object.__setattr__(moved, name, values)
+    return moved
 
 
 def _mount_at(mount: Mount, lines: RealArray) -> Mount:

@@ -13,7 +13,7 @@ stiffness over bands is the idea of OPAX (Janssens et al., Mechanical Systems an
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -207,14 +207,19 @@ class MountsInCar(Tabled):
 
     def record(self, inputs_sha256: Mapping[str, str]) -> CampaignRecord:
         """Return the library's record of the runs, with the hash of every input file."""
-        units = {"sensor_position": "m", "impact_position": "m"}
-        units |= {"sensor_angle": "rad", "impact_angle": "rad"}
-        tolerances = asdict(self.vehicle.tolerances)
+        stated = self.vehicle.tolerances
         return CampaignRecord(
             name=f"{self.vehicle.name} in the car",
             order=self.runs[0].load_case.order,
             runs=tuple(run.load_case.name for run in self.runs),
-            tolerances={f"{name} [{units.get(name, '1')}]": v for name, v in tolerances.items()},
+            # the hammer takes the place of the shaker of a test bench
+            tolerances={
+                "sensor_position [m]": stated.sensor_position,
+                "sensor_angle [rad]": stated.sensor_angle,
+                "sensor_gain [1]": stated.sensor_gain,
+                "shaker_angle [rad]": stated.impact_angle,
+                "shaker_gain [1]": stated.hammer_gain,
+            },
             inputs_sha256=inputs_sha256,
         )
 

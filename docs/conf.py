@@ -203,11 +203,17 @@ def address_line() -> str:
     return "Addresses: " + ", ".join(f"[{name}]({url})" for name, url in ADDRESSES.items()) + "."
 
 
+MAGNITUDE = re.compile(r"``.*?``|`[^`]*`|\|(\w+)\|", re.DOTALL)
+
+
 def link_docstring(
     _app: Any, _what: str, _name: str, _value: Any, _options: Any, lines: list[str]
 ) -> None:
-    """Link the citations of a docstring."""
-    lines[:] = linked("\n".join(lines), ":ref:`{name} <{label}>`").split("\n")
+    """Link the citations of a docstring, whose magnitudes such as |K| are no substitutions."""
+    text = MAGNITUDE.sub(
+        lambda match: rf"\|{match[1]}\|" if match[1] else match[0], "\n".join(lines)
+    )
+    lines[:] = linked(text, ":ref:`{name} <{label}>`").split("\n")
 
 
 FIELD = re.compile(

@@ -123,7 +123,7 @@ def test_vehicles_measured_in_two_ways_replace_the_priors(tmp_path):
         paths=(),
         channels=(),
         vehicle_of=np.array([0]),
-        floor=np.ones((1, 3)),
+        floor=np.full((1, 3), np.nan),
     )
     drawn = [
         {s.name: s.measured_again(data, np.random.default_rng(1)).transfer for s in sources}

@@ -8,7 +8,7 @@ import pytest
 
 import deboom
 from deboom.bench.operating_run import PlannedRun
-from deboom.bench.platform_writer import write_platform
+from deboom.bench.platform_writer import FELT_FLOOR, write_platform
 from deboom.errors import InputError
 from deboom.files.check import check_platform
 from deboom.files.platform import read_platform
@@ -228,13 +228,11 @@ def test_receivers_of_a_vehicle_share_calibration_and_day_and_leave_its_ear_alon
     of_ear = replace(index.data, fleet=alone).drawn(0, 1)[0].vehicles[0]
     with_all = index.data.drawn(0, 1)[0].vehicles[0]
     assert np.array_equal(of_ear.noise_transfer.values, with_all.noise_transfer.values)
-    # noise of an accelerometer, not of a microphone in its place
+    # noise of an accelerometer, as its functions show it: that of the bench
     noisy = index.data.drawn(0, 1, only=(FLOOR,))[0].vehicles[0]
-    share = [
-        np.linalg.norm(noisy.transfers[receiver].values - frf.values) / np.linalg.norm(frf.values)
-        for receiver, frf in measured.transfers.items()
-    ]
-    assert share[2:] == pytest.approx([share[0]] * 2, rel=0.1)
+    for receiver, frf in list(measured.transfers.items())[2:]:
+        noise = noisy.transfers[receiver].values - frf.values
+        assert noise.real.std() == pytest.approx(FELT_FLOOR, rel=0.5)
 
 
 @pytest.fixture(scope="module")

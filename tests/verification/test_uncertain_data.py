@@ -362,7 +362,7 @@ def arrays_of(transfer):
         frequency=np.arange(float(transfer.shape[1])),
         transfer_around=np.abs(transfer),
         vehicle_of=np.arange(len(transfer)),
-        floor=np.ones(transfer.shape[:2]),
+        floor=np.full(transfer.shape[:2], np.nan),
     )
 
 

@@ -45,8 +45,9 @@ DESCRIPTION = (
 RECEIVER_NODES = {"rear ear": 951, "seat rail z": 952, "wheel y": 953}
 """Response nodes of further receivers, in a file of their own for each vehicle."""
 WEIGHTINGS: dict[str, Literal["Wk", "Wh"]] = {"seat rail z": "Wk", "wheel y": "Wh"}
-FELT_FLOOR = 2e-6
-"""Noise floor of an accelerance at seat or wheel, of real and imaginary part [(m/s²)/N]."""
+FELT_FLOOR = 2e-7
+"""Noise floor of an accelerance at seat or wheel, of real and imaginary part [(m/s²)/N]: as that of
+the ear, some 1 % of the functions."""
 IDLE = PlannedIdle()
 """The run at idle that goes with seats and wheel."""
 MOUNT_TABLE, CHANNEL_TABLE = "mounts.csv", "channels.csv"

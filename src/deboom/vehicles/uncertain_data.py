@@ -45,7 +45,7 @@ class MeasuredArrays:
     - `displacement`, `force` (c, f, n): motion and force of n channels in c load cases [m], [N].
     - `paths`, `channels`: ``<mount> <axis>`` and ``<mount> [<piece>] <axis>``.
     - `vehicle_of` (v,): number of the vehicle of each receiver; its ear comes first.
-    - `floor` (v, f): noise floor of each receiver over that of the ears [1].
+    - `floor` (v, f): noise floor of vibrations, as their functions show it [Pa/N]; nan of sounds.
     """
 
     frequency: RealArray
@@ -157,13 +157,14 @@ def transfer_body(origin: str, relative: float, length: float) -> UncertaintySou
 def transfer_floor(origin: str, floor: float) -> UncertaintySource:
     """Noise of transfer functions, line by line: deviation of real and imaginary part [Pa/N].
 
-    That of a vibration is as far below its functions as that of the ear is below the ear's.
+    Vibrations have that of `MeasuredArrays.floor` instead: a microphone says nothing of theirs.
     """
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
         of_ears = complex_normals((len(data.ears), *data.transfer.shape[1:]), generator)
-        noise = np.sqrt(2.0) * floor * _of_each(data, of_ears, generator)
-        return replace(data, transfer=data.transfer + data.floor[..., np.newaxis] * noise)
+        size = np.where(np.isnan(data.floor), floor, data.floor)[..., np.newaxis]
+        noise = np.sqrt(2.0) * size * _of_each(data, of_ears, generator)
+        return replace(data, transfer=data.transfer + noise)
 
     return UncertaintySource(FLOOR, origin, f"{floor:.2g} Pa/N per line", again)
 
@@ -370,17 +371,20 @@ def _scale_of(receiver: Receiver, frequency: RealArray) -> RealArray:
 
 
 def _floors(fleet: Fleet, transfer: ComplexArray, frequency: RealArray) -> RealArray:
-    """Return the noise floor of each receiver over that of the ears, (v, f) [1].
+    """Return the noise floor of each vibration from what changes line by line, (v, f) [Pa/N].
 
     - `transfer` (v, f, p): see `MeasuredArrays`.
+
+    Second differences over the lines, in SI; their median stands resonances. Sounds have nan, and
+    so have vibrations on fewer than three lines.
     """
-    floor, first = np.ones(transfer.shape[:2]), 0
-    for row, (receiver, vehicle) in enumerate(zip(fleet.receivers, fleet.vehicle_of, strict=True)):
-        first = first if vehicle == fleet.vehicle_of[first] else row
-        if not receiver.is_sound:
+    floor = np.full(transfer.shape[:2], np.nan)
+    for row, receiver in enumerate(fleet.receivers):
+        if not receiver.is_sound and len(frequency) > 2:
             scale = _scale_of(receiver, frequency)
-            size = np.linalg.norm(transfer[row] / scale) / np.linalg.norm(transfer[first])
-            floor[row] = size * scale[:, 0]
+            values = transfer[row] / scale
+            bent = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
+            floor[row] = np.median(bent) / np.sqrt(12.0 * np.log(2.0)) * scale[:, 0]
     return floor
 
 

@@ -139,6 +139,21 @@ def test_the_ears_hear_what_the_forces_say(exact):
     assert off < 0.03
 
 
+def test_force_that_passes_the_mounts_by_withdraws_all_directions(exact):
+    """A body that moves by what no mount does."""
+    _, vehicle, result = exact
+    (run,) = vehicle.runs
+    values = run.acceleration.values.copy()
+    body = [run.acceleration.channels.index(name) for name in vehicle.accelerance.outputs]
+    values[:, body] += 0.5 * np.abs(values[:, body]).max(axis=1, keepdims=True)
+    shaken = replace(run, acceleration=replace(run.acceleration, values=values))
+    again = mounts_in_car(replace(vehicle, runs=(shaken,)), draws=2)
+    assert again.unexplained > 0.3 > 10 * result.unexplained
+    assert not any(again.identified.values())
+    with pytest.raises(InputError, match="no direction is identified, so that there is no load"):
+        _ = again.load_cases
+
+
 def without(vehicle, mount):
     """Take the accelerometers above a mount off."""
     return replace(

@@ -53,12 +53,11 @@ def mounts_in_car_report(measured: MeasuredInCar) -> Report:
     report.explain("dynamic stiffness", "noise transfer function", "SPL")
     report.inputs += measured.inputs
     report.assume(*vehicle.assumed)
-    passing = result.unexplained > UNEXPLAINED
     report.warn(
         f"{100 * result.unexplained:.0f} % of the motion of the body is explained by no force of a "
         "mount: shafts, exhaust or hoses pass force by, a sensor is turned or mistaken, or the "
-        "hammer did not find the body without its powertrain. Look for it before you use a number."
-        if passing
+        "hammer did not find the body without its powertrain. So no direction is identified."
+        if result.unexplained > UNEXPLAINED
         else "",
         "Load cases have the powertrain's motion as it is in this car, whose body gives way, and "
         "the forces that its mounts would make of it on a body at rest. On a test bench the motion "
@@ -72,7 +71,7 @@ def mounts_in_car_report(measured: MeasuredInCar) -> Report:
     if measured.truth:
         directions[ERROR] = 100 * _errors(measured)
     complete = _files(report, measured)
-    _answer(report, directions, passing, complete)
+    _answer(report, directions, complete)
     _numbers(report, result, directions)
     report.table("directions", directions)
     _stiffness(report, measured)
@@ -112,7 +111,7 @@ def load_case_table(case: LoadCase) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def _answer(report: Report, directions: pd.DataFrame, passing: bool, complete: bool) -> None:
+def _answer(report: Report, directions: pd.DataFrame, complete: bool) -> None:
     """Say whether the stiffnesses may be used, how sure they are, and what comes next."""
     sure = directions[directions["identified"]]
     others = tuple(directions.loc[~directions["identified"], "direction"])
@@ -124,8 +123,6 @@ def _answer(report: Report, directions: pd.DataFrame, passing: bool, complete: b
             f"{sure[HALF_WIDTH].median():.0f} % in the median and {sure[HALF_WIDTH].max():.0f} % "
             "at most: go on with these"
         )
-    if passing:
-        verdict += ", after a look at the alarm"
     wrong = ""
     if ERROR in directions and len(sure):
         wrong = (

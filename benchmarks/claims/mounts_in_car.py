@@ -127,8 +127,8 @@ def _judged(kind: str, seed: int) -> Judged:
         write_vehicle(folder, seed, parts=DRAWING, truth_seed=seed, family=words)
         measured = mounts_in_given_car(folder, 1, lambda *_: None)
     result = measured.result
-    truth = np.vstack([measured.truth[run.load_case.name] for run in result.runs])
-    (case,) = [run.load_case for run in result.runs if run.load_case.name == CASE]
+    truth = np.vstack([measured.truth[run.name] for run in result.runs])
+    (case,) = [case for case in result.load_cases if case.name == CASE]
     model = coupled_model(platform, platform.fleet)
     of_car = coupled_model(replace(platform, load_cases=(case,)), platform.fleet)
     picks = [quieter_design(model), quieter_design(of_car)]

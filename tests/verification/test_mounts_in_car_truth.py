@@ -9,6 +9,7 @@ from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
 from deboom.errors import InputError
 from deboom.files.vehicle import read_vehicle
+from deboom.mounts.mount import refuse_active_mounts
 from deboom.mounts.mounts_in_car import both_sides, mounts_in_car
 from deboom.physics.transfer_path import mount_force
 
@@ -19,7 +20,7 @@ def truth(folder, result):
     """Return the true stiffness of each direction, run after run."""
     rows = []
     for run in result.runs:
-        with np.load(folder / f"truth/{run.load_case.name}.npz") as arrays:
+        with np.load(folder / f"truth/{run.name}.npz") as arrays:
             channels = arrays["channels"].tolist()
             names = [name.replace("Du x", "Du left x") for name in result.directions]
             rows.append(arrays["stiffness"][:, [channels.index(name) for name in names]])
@@ -58,15 +59,28 @@ def test_exact_forces_are_those_of_the_car(exact):
 def test_a_load_case_has_the_force_on_a_body_at_rest(exact):
     """The same mounts under the motion of the source alone, as a bench shows it."""
     _, vehicle, result = exact
-    (run,) = result.runs
+    (run,), (case,) = result.runs, result.load_cases
     source, _ = both_sides(vehicle, vehicle.runs[0])
-    case = run.load_case
     assert np.array_equal(case.displacement.values, source.select(case.force.channels).values)
     stiffness = run.stiffness[:, [result.directions.index("TSM x")]]
     column = case.force.channels.index("TSM x")
     moved = source.select(["TSM x"]).values
     alone = mount_force(stiffness, moved, np.zeros_like(moved))
     np.testing.assert_allclose(case.force.values[:, [column]], alone)
+
+
+def test_a_direction_of_which_the_car_says_nothing_is_as_stiff_as_its_mount(measured):
+    """So no load case has a mount that drives the powertrain."""
+    _, result = measured
+    assert {"TSM y"} <= set(result.assumed) <= {"EnM y", "GeM y", "TSM y", "GeM z"}
+    case, run = result.load_cases[0], result.runs[0]
+    sure = [f"TSM {axis}" for axis in "xz" if result.identified[f"TSM {axis}"]]
+    expected = run.stiffness[:, [result.directions.index(name) for name in sure]].mean(axis=1)
+    column = case.force.channels.index("TSM y")
+    ratio = case.force.values[:, column] / case.displacement.values[:, column]
+    np.testing.assert_allclose(ratio, expected)
+    for each in result.load_cases:
+        refuse_active_mounts(each)
 
 
 def test_tilted_mounts_are_stiff_along_their_own_axes(tmp_path):
@@ -108,7 +122,7 @@ def test_the_library_has_the_stiffness_over_the_wheel_torque(measured):
     direction = part.direction("x")
     assert direction.quality.identified
     assert 0 < direction.quality.half_width_95 < 0.2
-    case = result.runs[0].load_case
+    case = result.load_cases[0]
     column = result.directions.index("TSM x")
     lines = case.force.frequency
     points = np.column_stack([case.wheel_torque, result.runs[0].amplitude[:, column], lines])
@@ -123,6 +137,21 @@ def test_the_ears_hear_what_the_forces_say(exact):
     microphone, synthesised = result.at_ear(result.runs[0])
     off = np.linalg.norm(synthesised - microphone) / np.linalg.norm(microphone)
     assert off < 0.03
+
+
+def test_force_that_passes_the_mounts_by_withdraws_all_directions(exact):
+    """A body that moves by what no mount does."""
+    _, vehicle, result = exact
+    (run,) = vehicle.runs
+    values = run.acceleration.values.copy()
+    body = [run.acceleration.channels.index(name) for name in vehicle.accelerance.outputs]
+    values[:, body] += 0.5 * np.abs(values[:, body]).max(axis=1, keepdims=True)
+    shaken = replace(run, acceleration=replace(run.acceleration, values=values))
+    again = mounts_in_car(replace(vehicle, runs=(shaken,)), draws=2)
+    assert again.unexplained > 0.3 > 10 * result.unexplained
+    assert not any(again.identified.values())
+    with pytest.raises(InputError, match="no direction is identified, so that there is no load"):
+        _ = again.load_cases
 
 
 def without(vehicle, mount):

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from deboom.arrays import AXES, ComplexArray, RealArray
+from deboom.arrays import AXES, BoolArray, ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.measurement.measured_vehicle import (
@@ -54,6 +54,9 @@ IDENTIFIED = 0.2
 """Half width of the 90 % interval of |K|, median over all lines, up to which it is identified [1].
 """
 
+UNTOLD = 0.5
+"""Half width from which the car says nothing of a direction [1]."""
+
 BAND = 1.13
 """Ratio of neighbouring frequencies between which a stiffness is linear [1]."""
 
@@ -81,7 +84,8 @@ ROUNDS = 4
 DRAWS = 40
 
 UNEXPLAINED = 0.3
-"""Share of the body's motion that no force of a mount explains, from which forces pass it by [1].
+"""Share of the body's motion that no force of a mount explains from which no direction counts as
+identified: force passes the mounts by, or a sensor is mistaken [1]. Virtual cars have 0.02 to 0.1.
 """
 
 NORMAL_90, NORMAL_95 = 1.6449, 1.96
@@ -91,10 +95,8 @@ NORMAL_90, NORMAL_95 = 1.6449, 1.96
 class RunInCar:
     """Stiffness of every direction in one run.
 
-    - `deflection`, `force`: motion of the source less that of the body at every mount, and force on
-      the body, in vehicle axes [m], [N].
-    - `load_case`: motion of the source, and the force that these mounts would make of it on a body
-      at rest: what a test bench gives a platform. In the car the body moves by some per cent of it.
+    - `source`: motion of the source at every mount, in vehicle axes [m].
+    - `deflection`, `force`: this motion less that of the body, and the force on the body [m], [N].
     - `amplitude` (f, n_direction): of the deflection along each axis of the mounts, mean of the
       pieces [m].
     - `stiffness`, `half_width` (f, n_direction): along the axes of the mounts [N/m]; half width of
@@ -102,9 +104,10 @@ class RunInCar:
     - `unexplained`: share of the motion of the body that no force of a mount explains [1].
     """
 
+    name: str
+    source: Spectrum
     deflection: Spectrum
     force: Spectrum
-    load_case: LoadCase
     amplitude: RealArray
     stiffness: ComplexArray
     half_width: RealArray
@@ -139,12 +142,61 @@ class MountsInCar(Tabled):
         return max(run.unexplained for run in self.runs)
 
     @property
-    def identified(self) -> dict[str, bool]:
-        """Whether the interval of each direction is narrow enough, and its mount passive."""
+    def passive(self) -> BoolArray:
+        """Whether each direction only stores and loses energy, shape (n_direction,)."""
         loss = np.median(self.stiffness.imag / self.stiffness.real, axis=0)
-        passive = (np.median(self.stiffness.real, axis=0) > 0) & (loss >= LEAST_LOSS_FACTOR)
-        narrow = self.half_width <= IDENTIFIED
-        return dict(zip(self.directions, (narrow & passive).tolist(), strict=True))
+        stores = np.median(self.stiffness.real, axis=0) > 0
+        return np.asarray(stores & (loss >= LEAST_LOSS_FACTOR))
+
+    @property
+    def identified(self) -> dict[str, bool]:
+        """Whether each direction is narrow enough and passive; none where force passes by."""
+        sure = (self.half_width <= IDENTIFIED) & self.passive & (self.unexplained <= UNEXPLAINED)
+        return dict(zip(self.directions, sure.tolist(), strict=True))
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """Directions of which the car says nothing, see `load_cases`."""
+        silent = ~self.passive | (self.half_width > UNTOLD)
+        return tuple(name for name, each in zip(self.directions, silent, strict=True) if each)
+
+    @cached_property
+    def load_cases(self) -> tuple[LoadCase, ...]:
+        """Runs as a platform takes them: motion of the source, and forces on a body at rest.
+
+        It is what a test bench would give; in the car the body moves by some per cent of this
+        motion. A direction of which the car says nothing (`assumed`) is as stiff as the identified
+        directions of its mount, or of all mounts, are on average.
+        """
+        paths, identified = _Paths.of(self.vehicle), self.identified
+        sure = [column for column, name in enumerate(self.directions) if identified[name]]
+        if not sure:
+            raise InputError(
+                f"vehicle {self.vehicle.name}: no direction is identified, so that there is no "
+                "load case to go on with: place sensors and blows more exactly, and state it in "
+                "[tolerances]"
+            )
+        cases = []
+        for run in self.runs:
+            stiffness = run.stiffness.copy()
+            for name in self.assumed:
+                mount = name.rpartition(" ")[0]
+                alike = [c for c in sure if self.directions[c].rpartition(" ")[0] == mount] or sure
+                stiffness[:, self.directions.index(name)] = run.stiffness[:, alike].mean(axis=1)
+            driven = self.vehicle.run(run.name)
+            case = LoadCase(
+                name=run.name,
+                title=f"{run.name} in the car",
+                gear=driven.gear,
+                total_ratio=driven.total_ratio,
+                torque_limit=driven.torque_limit,
+                order=driven.order,
+                displacement=run.source,
+                force=paths.force(stiffness, run.source),
+                engine_torque=driven.engine_torque,
+            )
+            cases.append(case)
+        return tuple(cases)
 
     @property
     def table(self) -> pd.DataFrame:
@@ -165,7 +217,7 @@ class MountsInCar(Tabled):
         The forces times the hammer's functions; the microphone took no part in finding them.
         """
         ear = self.vehicle.ears[0]
-        measured = self.vehicle.run(run.load_case.name).pressure.select([ear])
+        measured = self.vehicle.run(run.name).pressure.select([ear])
         functions = path_noise_transfer(self.vehicle, Method.DIRECT, ear)
         force = summed_over_pieces(run.force, piece_paths(self.vehicle.mounts))
         synthesised = functions.select(inputs=force.channels) @ force
@@ -178,9 +230,9 @@ class MountsInCar(Tabled):
         Raises
         ------
         InputError
-            A run without engine torque.
+            A run without engine torque; no direction that is identified.
         """
-        lacking = [run.load_case.name for run in self.runs if run.load_case.engine_torque is None]
+        lacking = [run.name for run in self.vehicle.runs if run.engine_torque is None]
         if lacking:
             raise InputError(
                 f"vehicle {self.vehicle.name}: no engine torque was recorded in {lacking}, so that "
@@ -210,8 +262,8 @@ class MountsInCar(Tabled):
         stated = self.vehicle.tolerances
         return CampaignRecord(
             name=f"{self.vehicle.name} in the car",
-            order=self.runs[0].load_case.order,
-            runs=tuple(run.load_case.name for run in self.runs),
+            order=self.vehicle.runs[0].order,
+            runs=tuple(run.name for run in self.runs),
             # the hammer takes the place of the shaker of a test bench
             tolerances={
                 "sensor_position [m]": stated.sensor_position,
@@ -229,18 +281,14 @@ class MountsInCar(Tabled):
         axis = direction.rpartition(" ")[2]
         points = np.vstack(
             [
-                operating_points(
-                    run.load_case.wheel_torque,
-                    run.amplitude[:, column],
-                    run.deflection.frequency,
-                )
-                for run in self.runs
+                operating_points(case.wheel_torque, run.amplitude[:, column], case.force.frequency)
+                for case, run in zip(self.load_cases, self.runs, strict=True)
             ]
         )
         stiffness = self.stiffness[:, column]
         width = np.concatenate([run.half_width[:, column] for run in self.runs])
         names = np.repeat(
-            [run.load_case.name for run in self.runs], [len(run.stiffness) for run in self.runs]
+            [run.name for run in self.runs], [len(run.amplitude) for run in self.runs]
         )
         surface = DynamicStiffnessSurface(preload_unit="N m")
         try:
@@ -373,6 +421,12 @@ class _Paths:
                     columns.append(column)
                     owners.append(directions.index(f"{mount.name} {axis}"))
         return cls(pieces, directions, np.array(columns).T, np.eye(len(directions))[owners])
+
+    def force(self, stiffness: ComplexArray, motion: Spectrum) -> Spectrum:
+        """Return the force of mounts of a stiffness (f, n_direction) under a motion [N]."""
+        along = motion.values @ self.turn
+        values = (along * (stiffness @ self.shared.T)) @ self.turn.T
+        return Spectrum(motion.frequency, values, self.pieces, "N")
 
 
 def both_sides(vehicle: MeasuredVehicle, run: VehicleRun) -> tuple[Spectrum, Spectrum]:
@@ -510,12 +564,6 @@ class _System:
             answer=tuple(answers),
         )
 
-    def force(self, stiffness: ComplexArray, motion: Spectrum) -> Spectrum:
-        """Return the force of mounts of a stiffness (f, n_direction) under a motion [N]."""
-        along = motion.values @ self.paths.turn
-        values = (along * (stiffness @ self.paths.shared.T)) @ self.paths.turn.T
-        return Spectrum(motion.frequency, values, self.paths.pieces, "N")
-
     def _equations(self, run: int, accelerance: ComplexArray) -> ComplexArray:
         """Answer of every channel per stiffness of each direction, (f, n_channel, n_direction)."""
         along = self.deflection[run].values[self.kept] @ self.paths.turn
@@ -538,7 +586,7 @@ class _System:
             floor = np.median(np.mean(np.abs(rest) ** 2, axis=0))
             variance = ANOTHER_DAY**2 * np.sum(np.abs(answered) ** 2, axis=2) + floor
             size = np.abs(nodes).mean(axis=0)
-        force = self.force(self.hats @ nodes, self.deflection[run]).values
+        force = self.paths.force(self.hats @ nodes, self.deflection[run]).values
         error = float(np.sqrt(floor / np.mean(np.sum(np.abs(force) ** 2, axis=1))))
         unexplained = float(np.linalg.norm(rest) / np.linalg.norm(answer))
         return _Fit(nodes, weight, prior, error, unexplained)
@@ -649,22 +697,12 @@ def _result(
     """Say what a run shows, and how far repeated measurements differ."""
     stiffness = system.hats @ fit.nodes
     spread = np.abs(np.einsum("fa,dak->dfk", system.hats, drawn)).std(axis=0)
-    paths, source, moved = system.paths, system.source[number], system.deflection[number]
-    case = LoadCase(
-        name=run.name,
-        title=f"{run.name} in the car",
-        gear=run.gear,
-        total_ratio=run.total_ratio,
-        torque_limit=run.torque_limit,
-        order=run.order,
-        displacement=source,
-        force=system.force(stiffness, source),
-        engine_torque=run.engine_torque,
-    )
+    paths, moved = system.paths, system.deflection[number]
     return RunInCar(
+        name=run.name,
+        source=system.source[number],
         deflection=moved,
-        force=system.force(stiffness, moved),
-        load_case=case,
+        force=paths.force(stiffness, moved),
         amplitude=np.abs(moved.values @ paths.turn) @ (paths.shared / paths.shared.sum(axis=0)),
         stiffness=stiffness,
         half_width=NORMAL_90 * spread / np.abs(stiffness),

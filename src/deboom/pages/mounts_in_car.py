@@ -53,22 +53,25 @@ def mounts_in_car_report(measured: MeasuredInCar) -> Report:
     report.explain("dynamic stiffness", "noise transfer function", "SPL")
     report.inputs += measured.inputs
     report.assume(*vehicle.assumed)
-    passing = result.unexplained > UNEXPLAINED
     report.warn(
         f"{100 * result.unexplained:.0f} % of the motion of the body is explained by no force of a "
         "mount: shafts, exhaust or hoses pass force by, a sensor is turned or mistaken, or the "
-        "hammer did not find the body without its powertrain. Look for it before you use a number."
-        if passing
+        "hammer did not find the body without its powertrain. So no direction is identified."
+        if result.unexplained > UNEXPLAINED
         else "",
         "Load cases have the powertrain's motion as it is in this car, whose body gives way, and "
         "the forces that its mounts would make of it on a body at rest. On a test bench the motion "
         "is another one by some per cent.",
+        f"The car says nothing of {listed(result.assumed)}: in the load cases they are as stiff as "
+        "the identified directions of their mount are on average."
+        if result.assumed
+        else "",
     )
     directions = result.table
     if measured.truth:
         directions[ERROR] = 100 * _errors(measured)
-    library = _files(report, measured)
-    _answer(report, directions, passing, library)
+    complete = _files(report, measured)
+    _answer(report, directions, complete)
     _numbers(report, result, directions)
     report.table("directions", directions)
     _stiffness(report, measured)
@@ -78,20 +81,20 @@ def mounts_in_car_report(measured: MeasuredInCar) -> Report:
 
 def _errors(measured: MeasuredInCar) -> RealArray:
     """Return the median error of |K| of each direction against the truth [1]."""
-    truth = np.vstack([measured.truth[run.load_case.name] for run in measured.result.runs])
+    truth = np.vstack([measured.truth[run.name] for run in measured.result.runs])
     ratio = np.abs(measured.result.stiffness) / np.abs(truth)
     return np.asarray(np.median(np.abs(ratio - 1), axis=0))
 
 
 def _files(report: Report, measured: MeasuredInCar) -> bool:
-    """Keep what a platform goes on from; say whether there is a library."""
+    """Keep what a platform goes on from; say whether it is complete."""
     result = measured.result
-    for run in result.runs:
-        report.table(f"operating_{run.load_case.name}", load_case_table(run.load_case))
     try:
+        for case in result.load_cases:
+            report.table(f"operating_{case.name}", load_case_table(case))
         mounts = result.mounts
     except InputError as error:
-        report.warn(f"There is no mount library: {error}.")
+        report.warn(f"{error}.")
         return False
     document = library_json([result.record(measured.hashes)], mounts)
     report.attach(LIBRARY, document.encode())
@@ -108,7 +111,7 @@ def load_case_table(case: LoadCase) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def _answer(report: Report, directions: pd.DataFrame, passing: bool, library: bool) -> None:
+def _answer(report: Report, directions: pd.DataFrame, complete: bool) -> None:
     """Say whether the stiffnesses may be used, how sure they are, and what comes next."""
     sure = directions[directions["identified"]]
     others = tuple(directions.loc[~directions["identified"], "direction"])
@@ -120,8 +123,6 @@ def _answer(report: Report, directions: pd.DataFrame, passing: bool, library: bo
             f"{sure[HALF_WIDTH].median():.0f} % in the median and {sure[HALF_WIDTH].max():.0f} % "
             "at most: go on with these"
         )
-    if passing:
-        verdict += ", after a look at the alarm"
     wrong = ""
     if ERROR in directions and len(sure):
         wrong = (
@@ -138,11 +139,12 @@ def _answer(report: Report, directions: pd.DataFrame, passing: bool, library: bo
     )
     shown = directions.assign(identified=directions["identified"].map({True: "yes", False: "no"}))
     report.panel("Each direction", Table(shown, ""), wide=True)
-    files = f"{LIBRARY} and operating_*.csv" if library else "operating_*.csv"
     report.panel(
         "What to do next",
-        f"Put {files} of this run into the folder of a platform and name the tables as operating "
-        "of its load cases.",
+        f"Put {LIBRARY} and operating_*.csv of this run into the folder of a platform and name the "
+        "tables as operating of its load cases."
+        if complete
+        else "Measure what the warning names, and repeat this run.",
         Step("deboom run front PLATFORM", "which stiffnesses make the fleet quiet"),
     )
 
@@ -219,7 +221,7 @@ def _panel(measured: MeasuredInCar, column: int) -> CurvePanel:
     identified = list(result.identified.values())[column]
     curves, ranges, points = {}, {}, {}
     for run in result.runs:
-        name, lines = run.load_case.name, run.load_case.force.frequency
+        name, lines = run.name, run.force.frequency
         size = N_PER_MM * np.abs(run.stiffness[:, column])
         curves[name] = size
         if identified:
@@ -233,7 +235,7 @@ def _panel(measured: MeasuredInCar, column: int) -> CurvePanel:
             )
     return CurvePanel(
         result.directions[column],
-        result.runs[0].load_case.force.frequency,
+        result.runs[0].force.frequency,
         curves,
         points=points,
         ranges=ranges,
@@ -249,7 +251,7 @@ def _ears(report: Report, result: MountsInCar) -> None:
         f"Forces times hammer functions against the microphone of the {ear}, which took no part: "
         "it hears other paths as well, which lead where the mounts are quiet.",
     )
-    levels = {run.load_case.name: _levels(result, run) for run in result.runs}
+    levels = {run.name: _levels(result, run) for run in result.runs}
     loudest = [int(np.argmax(measured)) for measured, _ in levels.values()]
     off = [
         float(synthesised[line] - measured[line])
@@ -275,15 +277,15 @@ def _ears(report: Report, result: MountsInCar) -> None:
         lambda: plot.curve_panels(
             [
                 CurvePanel(
-                    run.load_case.name,
-                    run.load_case.force.frequency,
-                    dict(zip((MEASURED, SYNTHESISED), levels[run.load_case.name], strict=True)),
+                    run.name,
+                    run.force.frequency,
+                    dict(zip((MEASURED, SYNTHESISED), levels[run.name], strict=True)),
                 )
                 for run in result.runs
             ],
             columns=3,
             y_label="SPL [dB(A)]",
-            order=result.runs[0].load_case.order,
+            order=result.vehicle.runs[0].order,
             depth=45.0,
         ),
         "Level at the ear, measured and from the forces of the mounts.",

@@ -341,9 +341,9 @@ def mounts_in_given_car(folder: Path, seed: int, progress: Progress) -> Measured
     progress(2, 2, "")
     truth = {}
     for run in result.runs:
-        arrays = read_vehicle_truth(folder, run.load_case.name)
+        arrays = read_vehicle_truth(folder, run.name)
         if arrays is not None:
-            truth[run.load_case.name] = _true_stiffness(arrays[0], result)
+            truth[run.name] = _true_stiffness(arrays[0], result)
     files = tuple(path for path in sorted(folder.rglob("*")) if path.is_file())
     measured = [path for path in files if path.parent.name != "truth"]
     return MeasuredInCar(result, truth, hash_files(measured, relative_to=folder), files)

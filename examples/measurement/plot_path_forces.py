@@ -11,11 +11,7 @@ import numpy as np
 
 import deboom
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.physics.transfer_path import (
-    assembled_frf,
-    interface_force,
-    mounted_source,
-)
+from deboom.physics.transfer_path import assembled_frf, interface_force, mounted_source
 
 rng = np.random.default_rng(1)
 lines = np.arange(20.0, 140.5, 0.5)
@@ -47,9 +43,9 @@ inverted = deboom.forces_by_inversion(accelerance, response).force.values
 
 above = free - np.einsum("fij,fj->fi", source, truth)
 below = np.einsum("fij,fj->fi", body[:, :2], truth)
-deflected = deboom.forces_by_mount_stiffness(
-    *(Spectrum(lines, v, paths, u) for v, u in ((stiffness, "N/m"), (above, "m"), (below, "m")))
-).force.values
+motion = (Spectrum(lines, values, paths, "m") for values in (above, below))
+mounts = Spectrum(lines, stiffness, paths, "N/m")
+deflected = deboom.forces_by_mount_stiffness(mounts, *motion).force.values
 
 joined = -(omega**2) * assembled_frf(body[:, 2:], body[:, :2], behind, behind)
 in_situ = deboom.blocked_forces_in_situ(Frf(lines, joined, indicators, paths, "m/s^2/N"), response)

@@ -46,17 +46,10 @@ surface = models["piecewise cubic"].fit(training.points, training.stiffness)
 inside = surface.supported(check.points)
 predicted = surface.predict(check.points[inside])
 preload, amplitude, _ = check.points[inside].T
+labels = ("wheel torque [N m]", "amplitude [µm]", "|K| of TSM x [N/mm]")
+places = (preload, 1e6 * amplitude)
 panels = [
-    deboom.plot.PointMap(
-        title,
-        preload,
-        amplitude * 1e6,
-        np.abs(values) / 1e3,
-        "wheel torque [N m]",
-        "amplitude [µm]",
-        "|K| of TSM x [N/mm]",
-        amplitude=True,
-    )
+    deboom.plot.PointMap(title, *places, np.abs(values) / 1e3, *labels, amplitude=True)
     for title, values in (("Measured", check.stiffness[inside]), ("Surface", predicted))
 ]
 deboom.plot.point_maps(panels, columns=2)

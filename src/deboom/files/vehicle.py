@@ -168,6 +168,10 @@ def read_vehicle(folder: Path | str) -> MeasuredVehicle:
         functions whose sign, convention or quantity others deny. The sentence names the file, the
         item and the remedy.
 
+    See Also
+    --------
+    deboom.mounts_in_car, deboom.read_platform, deboom.analyse_paths
+
     Examples
     --------
     >>> import deboom

@@ -335,6 +335,10 @@ def mounts_in_car(vehicle: MeasuredVehicle, *, seed: int = 1, draws: int = DRAWS
         on the body; lines of runs and functions that differ; spectra without phase; a tilted mount
         of which an axis is missing; a seed below 1.
 
+    See Also
+    --------
+    deboom.read_vehicle, deboom.characterise, deboom.forces_by_mount_stiffness
+
     Examples
     --------
     >>> import deboom

@@ -117,7 +117,7 @@ def main() -> None:
         for size, name in long_functions(tree)
     ]
     print(f"functions beyond {LONG_FUNCTION} lines: {len(long)}", *long, sep="\n")
-    pins = [len(path.read_text("utf-8").splitlines()) for path in PINS.glob("*.txt")]
+    pins = [len(path.read_text("utf-8").splitlines()) for path in PINS.rglob("*.txt")]
     print(f"pinned lines of {len(pins)} runs, pages and sets of pictures: {sum(pins)}")
 
 

@@ -230,12 +230,12 @@ def test_a_picture_repeats_byte_by_byte_and_shows_each_of_its_parts(name):
     assert len(set(drawn)) == len(drawn)
 
 
-def test_pictures_show_what_they_showed(monkeypatch, tmp_path):
+@pytest.mark.parametrize("name", VARIANTS)
+def test_pictures_show_what_they_showed(name, monkeypatch, tmp_path):
     monkeypatch.setattr(style, "as_png", described)
-    for name, ways in VARIANTS.items():
-        for number, draw in enumerate(ways):
-            (tmp_path / f"{name} {number}.png").write_bytes(draw())
-    hold(tmp_path, "pictures")
+    for number, draw in enumerate(VARIANTS[name]):
+        (tmp_path / f"{name} {number}.png").write_bytes(draw())
+    hold(tmp_path, f"pictures/{name}")
 
 
 def test_what_rounds_to_zero_has_no_sign():

@@ -133,15 +133,6 @@ def test_impacts_without_coherence_are_named_in_the_first_sentence():
     assert words.startswith("look at the coherence of I02 (0.30), whose worst channel")
 
 
-@pytest.mark.usefixtures("no_pictures")
-def test_what_check_warns_of_is_in_the_first_sentence(tmp_path, monkeypatch):
-    words = "campaign  mine\nWARNING  the force of EnM z is 1.1 ms late.\nWARNING  one more."
-    monkeypatch.setattr(look, "check_folder", lambda _: ([], [], words))
-    report = look_report(filled(made(tmp_path / "mine")))
-    late = "No fault, but deboom check warns: the force of EnM z is 1.1 ms late (and 1 more)"
-    assert report.verdict.startswith(late)
-
-
 def test_what_the_numbers_contradict_is_a_warning_beside_its_picture(tmp_path):
     folder = filled(made(tmp_path / "mine"))
     path = folder / "operating/fast.uff"
@@ -186,3 +177,12 @@ def test_the_command_writes_one_page(tmp_path):
 def test_places_refuses_what_it_cannot_draw(groups, words):
     with pytest.raises(InputError, match=words):
         places(groups)
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_what_check_warns_of_is_in_the_first_sentence(tmp_path, monkeypatch):
+    words = "campaign  mine\nWARNING  the force of EnM z is 1.1 ms late.\nWARNING  one more."
+    monkeypatch.setattr(look, "check_folder", lambda _: ([], [], words))
+    report = look_report(filled(made(tmp_path / "mine")))
+    late = "No fault, but deboom check warns: the force of EnM z is 1.1 ms late (and 1 more)"
+    assert report.verdict.startswith(late)

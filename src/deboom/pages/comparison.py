@@ -308,7 +308,7 @@ def letters_in_words(study: Comparison) -> str:
         name: listed(tuple(judged.run.entry.name for judged in group))
         for name, group in study.groups.items()
     }
-    words = "; ".join(f"{name} of run {run}" for name, run in runs.items())
+    words = "; ".join(f"{name} is of run {run}" for name, run in runs.items())
     return f"{words[0].upper()}{words[1:]}: the last table has all in which they differ."
 
 

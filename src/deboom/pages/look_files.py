@@ -82,7 +82,7 @@ def look_files_report(paths: Sequence[Path], tacho: str, pulses_per_revolution: 
         f"{first}; {remarks[0]}." if remarks else f"{first}.",
         *(f"{remark[0].upper()}{remark[1:]}." for remark in remarks[1:]),
         "What not to trust: nothing was identified or corrected. A folder of `deboom new` says "
-        "where sensors stand, and `deboom check` then tells what contradicts.",
+        "where sensors stand, and `deboom check` then says what contradicts.",
     )
     report.panel(
         "What to do next",

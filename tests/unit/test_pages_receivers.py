@@ -232,7 +232,7 @@ def test_receivers_of_a_vehicle_share_calibration_and_day_and_leave_its_ear_alon
     noisy = index.data.drawn(0, 1, only=(FLOOR,))[0].vehicles[0]
     for receiver, frf in list(measured.transfers.items())[2:]:
         noise = noisy.transfers[receiver].values - frf.values
-        assert noise.real.std() == pytest.approx(FELT_FLOOR, rel=0.5)
+        assert noise.real.std() == pytest.approx(FELT_FLOOR, rel=0.3)
 
 
 @pytest.fixture(scope="module")

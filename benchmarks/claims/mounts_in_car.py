@@ -133,7 +133,7 @@ def _judged(kind: str, seed: int) -> Judged:
     of_car = coupled_model(replace(platform, load_cases=(case,)), platform.fleet)
     picks = [quieter_design(model), quieter_design(of_car)]
     designs = np.array([np.ones_like(picks[0]), *picks])
-    levels = _driven(family, platform.fleet.names, designs, model.frequency)[:, 0]
+    levels = _driven(family, platform.fleet, designs, model.frequency)[:, 0]
     return Judged(
         directions=result.directions,
         identified=np.array(list(result.identified.values())),

@@ -11,7 +11,7 @@ from deboom.bench.layout import LOAD_CASES
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.files.platform import read_platform
-from deboom.mounts.surface_forces import identified_surfaces
+from deboom.mounts.surface_forces import identified_surfaces, surface_forces
 from deboom.runs.runner import load_study, run_study
 from pinned_pages import hold
 from samples.driven_cars import CASE, coupled_model
@@ -41,18 +41,22 @@ def test_the_page_says_which_directions_may_be_used(finished):
     assert sure["error of |K| [%]"].max() < 20
 
 
-def test_a_platform_goes_on_from_library_and_load_cases(finished, tmp_path):
+def test_a_platform_goes_on_from_library_and_load_cases(car, finished, tmp_path):
     """The same files as of a test bench: read, checked and modelled."""
     cases = tuple(case for case in CASES if case.name == CASE)
     folder = write_platform(tmp_path / "platform", 1, load_cases=cases, groups=("U06",))
     shutil.copy(finished / "mounts.library.json", folder)
     shutil.copy(finished / f"operating_{CASE}.csv", folder / "operating" / f"{CASE}.csv")
+    torque = f"operating/{CASE}_torque.csv"
+    shutil.copy(car / torque, folder / torque)
     toml = folder / "platform.toml"
     text = toml.read_text(encoding="utf-8")
     toml.write_text(text.replace(f"{CASE}.uff", f"{CASE}.csv"), encoding="utf-8")
     platform = read_platform(folder)
     assert platform.library_fault is None
     assert "TSM x" in identified_surfaces(platform.library)
+    modelled = surface_forces(platform.load_case(CASE), platform.library)
+    assert not any(modelled.outside.values())
     in_car = coupled_model(platform, platform.fleet)
     toml.write_text(text, encoding="utf-8")
     bench = coupled_model(read_platform(folder), platform.fleet)

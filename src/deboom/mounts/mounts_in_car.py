@@ -97,8 +97,6 @@ class RunInCar:
 
     - `source`: motion of the source at every mount, in vehicle axes [m].
     - `deflection`, `force`: this motion less that of the body, and the force on the body [m], [N].
-    - `amplitude` (f, n_direction): of the deflection along each axis of the mounts, mean of the
-      pieces [m].
     - `stiffness`, `half_width` (f, n_direction): along the axes of the mounts [N/m]; half width of
       the 90 % interval of its magnitude, relative to it [1].
     - `unexplained`: share of the motion of the body that no force of a mount explains [1].
@@ -108,7 +106,6 @@ class RunInCar:
     source: Spectrum
     deflection: Spectrum
     force: Spectrum
-    amplitude: RealArray
     stiffness: ComplexArray
     half_width: RealArray
     unexplained: float
@@ -276,27 +273,32 @@ class MountsInCar(Tabled):
         )
 
     def _in_library(self, column: int) -> CharacterisedDirection:
-        """Fit the surface of one direction to all lines of its runs."""
-        direction = self.directions[column]
+        """Fit the surface of one direction to all lines of its runs and pieces.
+
+        Amplitudes are those of the source, as load cases have them; deflections differ by some per
+        cent.
+        """
+        direction, paths = self.directions[column], _Paths.of(self.vehicle)
         axis = direction.rpartition(" ")[2]
-        points = np.vstack(
-            [
-                operating_points(case.wheel_torque, run.amplitude[:, column], case.force.frequency)
-                for case, run in zip(self.load_cases, self.runs, strict=True)
-            ]
-        )
-        stiffness = self.stiffness[:, column]
-        width = np.concatenate([run.half_width[:, column] for run in self.runs])
-        names = np.repeat(
-            [run.name for run in self.runs], [len(run.amplitude) for run in self.runs]
-        )
+        pieces = np.flatnonzero(paths.shared[:, column])
+        points, stiffness, width, names = [], [], [], []
+        for case, run in zip(self.load_cases, self.runs, strict=True):
+            along = np.abs(run.source.values @ paths.turn)
+            for piece in pieces:
+                points.append(
+                    operating_points(case.wheel_torque, along[:, piece], case.force.frequency)
+                )
+                stiffness.append(run.stiffness[:, column])
+                width.append(run.half_width[:, column])
+                names += [run.name] * len(along)
+        X, y, widths = np.vstack(points), np.concatenate(stiffness), np.concatenate(width)
         surface = DynamicStiffnessSurface(preload_unit="N m")
         try:
-            surface.fit(points, stiffness, 1 / (width * np.abs(stiffness)) ** 2, groups=names)
+            surface.fit(X, y, 1 / (widths * np.abs(y)) ** 2, groups=names)
         except InputError:
             quality = DirectionQuality(identified=False)
             return CharacterisedDirection(axis, MapPoints.none(), quality)
-        misfit = np.median(np.abs(surface.predict(points, extrapolate=True) / stiffness - 1))
+        misfit = np.median(np.abs(surface.predict(X, extrapolate=True) / y - 1))
         half_width = np.hypot(NORMAL_95 / NORMAL_90 * self.half_width[column], NORMAL_95 * misfit)
         quality = DirectionQuality(
             identified=self.identified[direction] and misfit <= IDENTIFIED,
@@ -701,13 +703,12 @@ def _result(
     """Say what a run shows, and how far repeated measurements differ."""
     stiffness = system.hats @ fit.nodes
     spread = np.abs(np.einsum("fa,dak->dfk", system.hats, drawn)).std(axis=0)
-    paths, moved = system.paths, system.deflection[number]
+    moved = system.deflection[number]
     return RunInCar(
         name=run.name,
         source=system.source[number],
         deflection=moved,
-        force=paths.force(stiffness, moved),
-        amplitude=np.abs(moved.values @ paths.turn) @ (paths.shared / paths.shared.sum(axis=0)),
+        force=system.paths.force(stiffness, moved),
         stiffness=stiffness,
         half_width=NORMAL_90 * spread / np.abs(stiffness),
         unexplained=fit.unexplained,

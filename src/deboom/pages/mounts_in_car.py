@@ -141,8 +141,8 @@ def _answer(report: Report, directions: pd.DataFrame, complete: bool) -> None:
     report.panel("Each direction", Table(shown, ""), wide=True)
     report.panel(
         "What to do next",
-        f"Put {LIBRARY} and operating_*.csv of this run into the folder of a platform and name the "
-        "tables as operating of its load cases."
+        f"Put {LIBRARY} and operating_*.csv of this run into the folder of a platform, and name "
+        "these tables, and the torque tables of the car, in its load cases."
         if complete
         else "Measure what the warning names, and repeat this run.",
         Step("deboom run front PLATFORM", "which stiffnesses make the fleet quiet"),

@@ -416,7 +416,7 @@ def test_the_test_has_specification_and_guarded_limits(sheet, study, box_run):
     unsure = sheet_of(study, files=sources.SheetFiles(box=box_run), programme=programme)
     assert unsure.test["decides"].tolist() == ["no: this test cannot decide"]
     conditioned = "conditioned up to x, y, z [N]"
-    assert unsure.programme.set_index("field").loc[conditioned, "value"] == "-1500; 0; 0"
+    assert unsure.programme.set_index("field").loc[conditioned, "value"] == "−1500; 0; 0"
     assert conditioned in sheet.missing
 
 
@@ -552,18 +552,56 @@ def filled(path, out, stiffness, language="measured", **cells):
     return out
 
 
+def everything_stated(programme, name):
+    """Return a programme in which nothing is to be agreed any more."""
+    test = acceptance.TestEntry(
+        temperature_c=23.0,
+        temperature_tolerance_c=2.0,
+        frequencies_hz=(29.0, 35.0, 45.0, 55.0),
+        second_amplitude_mm=0.1,
+        loss_factor_tolerance=0.2,
+        static_rate_tolerance=0.15,
+        ageing="168 h bei 80 °C, danach 24 h bei 23 °C",
+        fixture="Stahl, steifer als 50 kN/mm je Richtung",
+        sampling="fünf Teile je Charge, über alle Nester verteilt",
+        first_articles="zwanzig Teile aus Serienwerkzeug",
+        conditioning_cycles=3,
+        uncertainty=0.02,
+    )
+    part = acceptance.ProgrammeMount(
+        name=name,
+        part_number=f"{name}-001-4711",
+        drawing_number="D-1001-22",
+        revision="A",
+        state="released",
+        parts_per_year=240000,
+        weight_force_n=(0.0, 0.0, -150.0),
+        conditioning_force_n=(-1500.0, 0.0, -400.0),
+        curve_zero="under weight",
+    )
+    variant = acceptance.VariantEntry(
+        name="three cylinders", mounts=(name,), vehicles_per_year=240000
+    )
+    changes = {"test": test, "mounts": (part,), "variants": (variant,)}
+    return programme.model_copy(update=changes)
+
+
 def test_a_sheet_is_two_pages_of_paper(study, box_run, sharing_run, few_draws, browser, tmp_path):
     """With and without box, anonymous and not, in both languages; counted by a browser."""
     of_box = sources.SheetFiles(box=box_run, sharing=sharing_run)
     secrets, pages = sources.secrets_of(study), {}
-    for language, mount, files, hidden in (
-        (Language.en, "TSM", of_box, ()),
-        (Language.de, "TSM", of_box, ()),
-        (Language.de, "EnM", of_box, secrets),
-        (Language.de, "GeM", supplier_page.NOTHING, ()),
-        (Language.en, "Du", supplier_page.NOTHING, secrets),
+    for language, mount, files, hidden, stated in (
+        (Language.en, "TSM", of_box, (), False),
+        (Language.de, "TSM", of_box, (), True),
+        (Language.de, "EnM", of_box, secrets, False),
+        (Language.de, "GeM", supplier_page.NOTHING, (), True),
+        (Language.en, "Du", supplier_page.NOTHING, secrets, False),
     ):
         content = replace(sheet_of(study, mount, files=files, language=language), secrets=hidden)
+        if stated:
+            programme = everything_stated(content.agreed, mount)
+            content = replace(content, sources=replace(content.sources, programme=programme))
+            assert content.missing == ()
         html, _ = documents(content, supplier_page.provenance(study.run.entry, content, files))
         page = tmp_path / f"{mount}_{language.value}.html"
         page.write_text(html, encoding="utf-8")

@@ -337,7 +337,8 @@ class Demand:
 def _state(direction: SheetDirection) -> str:
     values = (direction.preload_n, direction.amplitude_mm, direction.frequency_hz)
     with_units = zip(values, ("N", "mm peak", "Hz"), strict=True)
-    return ", ".join(f"{value:g} {unit}" for value, unit in with_units if value is not None)
+    words = (f"{value:g} {unit}" for value, unit in with_units if value is not None)
+    return ", ".join(words).replace("-", "−")
 
 
 @dataclass(frozen=True, eq=False)

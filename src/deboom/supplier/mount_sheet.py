@@ -689,12 +689,18 @@ class MountSheet(PartSheet):
             {driven: (state.points[0], N_PER_MM * state.points[1]), **tested},
             {band: (low * today, high * today)} if x.size else {},
             note=amplitude,
-            x_label=self.language.say("static force [N]", "statische Kraft [N]")
-            if state.over_force
-            else self.language.say("wheel torque [N m]", "Radmoment [N m]"),
+            x_label=self._force_label(state),
             y_label=self._dynamic_label,
         )
         return panel, table
+
+    def _force_label(self, state: MachineState) -> str:
+        """Name the axis of a curve over force; curves are of the torque alone."""
+        if not state.over_force:
+            return self.language.say("wheel torque [N m]", "Radmoment [N m]")
+        if any(self.agreed.mount(self.part).weight_force_n or ()):
+            return self.language.say("force of the torque [N]", "Kraft des Drehmoments [N]")
+        return self.language.say("static force [N]", "statische Kraft [N]")
 
     def _test_point(
         self, demand: SheetDirection, state: MachineState

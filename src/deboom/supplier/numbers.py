@@ -442,8 +442,9 @@ def _over_frequency(
 ) -> tuple[StiffnessOverFrequency, ...]:
     """Return the stiffness over the lines at the amplitude of the test and at a second one.
 
-    The second one is the programme's; where that has none, the laboratory amplitude that
-    measurements back at most lines where they do not back that of the test, then at most lines.
+    The second one is the programme's, if it is another one; where that has none, the laboratory
+    amplitude that measurements back at most lines where they do not back that of the test, then at
+    most lines.
     """
 
     def at(other: float) -> StiffnessOverFrequency:
@@ -455,7 +456,9 @@ def _over_frequency(
 
     of_test = at(amplitude)
     if second_mm is not None:
-        return of_test, at(second_mm * 1e-3)
+        second_stated = second_mm * 1e-3
+        alike = bool(np.isclose(second_stated, amplitude, rtol=1e-6))
+        return (of_test,) if alike else (of_test, at(second_stated))
     others = [at(each) for each in LABORATORY if each != amplitude]
     added = [(int((o.backed & ~of_test.backed).sum()), int(o.backed.sum())) for o in others]
     second = others[max(range(len(others)), key=added.__getitem__)]

@@ -33,9 +33,11 @@ TEST_ENDS = (
 )
 NAMES = ("part_number", "drawing", "revision")
 """Fields of the head that stand there also while nobody has stated them; others share a line."""
+CONDITIONS = ("ageing", "fixture", "sampling", "first_articles")
+"""Fields in words: they stand below the others."""
 COLUMNS = (3, 5)
 """Panels in a row: the fewest with which two rows have room for all."""
-ROW_HEIGHT = 1.35
+ROW_HEIGHT = 1.25
 """Of a row of panels, so that two fit on the first page [inch]."""
 
 
@@ -68,8 +70,12 @@ def sheet_page(content: PartSheet, foot: str) -> Sheet:
     """Write the two pages of a part's sheet; `foot` is where it comes from."""
     say, units = content.language.say, content.units
     page = Sheet(content.title, content.description, content.language)
-    due = [key for key, value in content.head.items() if not value and key not in NAMES]
-    page.fields({content.label(key): v for key, v in content.head.items() if key not in due})
+    head = content.head
+    due = [key for key, value in head.items() if not value and key not in NAMES]
+    elsewhere = (*due, *CONDITIONS)
+    page.fields({content.label(key): v for key, v in head.items() if key not in elsewhere})
+    stated = [f"{content.label(key)}: {head[key]}." for key in CONDITIONS if head[key]]
+    page.text(" ".join(text[0].upper() + text[1:] for text in stated))
     if due:
         page.text(
             say("To be agreed: ", "Noch zu vereinbaren: ")

@@ -508,21 +508,26 @@ class PartSheet(ABC):
             "contact": agreed.contact or "",
             "prototypes": agreed.prototypes or "",
             "start_of_production": agreed.start_of_production or "",
-            "temperature": _with_tolerance(test.temperature_c, test.temperature_tolerance_c),
+            "temperature": self._number(
+                _with_tolerance(test.temperature_c, test.temperature_tolerance_c)
+            ),
             "cycles": _text(test.conditioning_cycles),
-            "conditioned": _listed(number.conditioning_force_n, 0),
-            "further": _listed((test.frequencies_hz or ())[1:], 1),
-            "second_amplitude": _text(test.second_amplitude_mm),
+            "conditioned": self._number(_listed(number.conditioning_force_n, 0)),
+            "further": self._number(_listed((test.frequencies_hz or ())[1:], 1)),
+            "second_amplitude": self._number(_text(test.second_amplitude_mm)),
             "loss_tolerance": self._tolerance(test.loss_factor_tolerance),
             "rate_tolerance": self._tolerance(test.static_rate_tolerance),
             "ageing": test.ageing or "",
             "fixture": test.fixture or "",
             "sampling": test.sampling or "",
             "first_articles": test.first_articles or "",
-            "uncertainty": "" if uncertainty is None else f"{PERCENT * uncertainty:g}",
-            "weight": _listed(number.weight_force_n, 0),
+            "uncertainty": self._number(_text(uncertainty and PERCENT * uncertainty)),
+            "weight": self._number(_listed(number.weight_force_n, 0)),
             "zero": self.word(number.curve_zero) if number.curve_zero else "",
         }
+
+    def _number(self, text: str) -> str:
+        return self.language.local(text).replace("-", "−")
 
     def _tolerance(self, share: float | None) -> str:
         return "" if share is None else f"± {self.percent(share)}"

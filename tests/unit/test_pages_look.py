@@ -138,7 +138,7 @@ def test_what_check_warns_of_is_in_the_first_sentence(tmp_path, monkeypatch):
     words = "campaign  mine\nWARNING  the force of EnM z is 1.1 ms late.\nWARNING  one more."
     monkeypatch.setattr(look, "check_folder", lambda _: ([], [], words))
     report = look_report(filled(made(tmp_path / "mine")))
-    late = "No fault, but deboom check warns: the force of EnM z is 1.1 ms late (and 1 more)"
+    late = "2 warnings, the first: the force of EnM z is 1.1 ms late. No other fault"
     assert report.verdict.startswith(late)
 
 

@@ -268,9 +268,9 @@ def _panels(report: Report, chosen: Selection, name_of_run: str) -> None:
     report.panel(
         "Each vehicle",
         Table(each, "", dict.fromkeys((*loud, *gains), 1)),
-        "Mean level with today's parts, and its change, without scatter; the first sentence is with "
-        "scatter. Target: the level of "
-        f"today, by {heard.n_cars} cars of each with parts{chosen.retuned} as made.",
+        "Mean level with today's parts, and its change, without scatter; the first sentence is "
+        f"with scatter. Target: the level of today, by {heard.n_cars} cars of each with "
+        f"parts{chosen.retuned} as made.",
         wide=True,
     )
     parts = {"mount": [_titled(mount) for mount in runs.platform.mounts]}

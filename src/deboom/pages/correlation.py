@@ -465,8 +465,8 @@ def _answer(report: Report, study: CorrelationStudy, finding: str) -> None:
         verdict = "One mount set quietens all vehicles alike"
     elif alone:
         verdict = (
-            f"{listed(tuple(alone))} {'needs' if len(alone) == 1 else 'need'} a look of "
-            f"{'its' if len(alone) == 1 else 'their'} own; the others can share mount sets"
+            f"Judge {listed(tuple(alone))} by {'itself' if len(alone) == 1 else 'themselves'}; the "
+            "others can share mount sets"
         )
     else:
         verdict = f"{len(families.members)} families of vehicles, each with a mount set of its own"

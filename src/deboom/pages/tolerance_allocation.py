@@ -80,19 +80,19 @@ class ToleranceSets:
     @property
     def missed(self) -> str:
         """In what new draws miss the target, in words; empty where they reach it."""
-        new, chance = self.verified["cheapest"], "take more --samples"
+        new, remedy = self.verified["cheapest"], "take more --samples"
         if not self.by_sigma:
             if new.share >= self.share:
                 return ""
             return (
                 f"New draws find {PERCENT * new.share:.1f} % within the limits, less than the "
-                f"{PERCENT * self.share:g} % asked for: {chance}"
+                f"{PERCENT * self.share:g} % asked for: {remedy}"
             )
         if round(new.sigma, SIGMA_DECIMALS) <= round(self.verified_limit, SIGMA_DECIMALS):
             return ""
         return (
             f"New draws find σ {new.sigma:.{SIGMA_DECIMALS}f} dB, more than "
-            f"{self.verified_limit:.{SIGMA_DECIMALS}f} dB: {chance}"
+            f"{self.verified_limit:.{SIGMA_DECIMALS}f} dB: {remedy}"
         )
 
     @property

@@ -145,7 +145,7 @@ def _selected(model: Model, options: Options, context: RunContext | None) -> Sel
         outside=_outside(options),
         retuning=options.retuning,
         front=front,
-        heard=FleetFront(front),
+        heard=FleetFront(front, order=model.runs.cases[0][0].order),
         sets=sets,
         set_front=set_front,
         picks=picks,

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from html import unescape
 from pathlib import Path
 
 import pandas as pd
@@ -148,8 +149,11 @@ def test_each_model_prefers_what_was_found_for_its_scatter(springs, judged, tmp_
     sizes = {"generations": 30, "population": 32}
     runs = [springs(**sizes, tolerance=tolerance) for tolerance in (0.15, 0.9)]
     folder, verdicts = judged(runs, tmp_path)
-    assert verdicts[0] == "Not comparable: different models."
-    assert "sees it: tolerance 0.15 is really better than tolerance 0.9." in verdicts[1]
+    assert verdicts == ["Not comparable: different models, which do not agree on the better front."]
+    page = unescape((folder / "report.html").read_text(encoding="utf-8"))
+    first_screen = page.partition("Judged by the model of tolerance 0.15")[0]
+    assert "is really better" not in first_screen
+    assert page.count("What the runs do not have in common</h2>") == 1
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert summary["verdict"] == "not comparable: different models"
     assert summary["judge_1_n_real"] == 1

@@ -13,8 +13,10 @@ from deboom.files.library_export import read_library_json
 from deboom.files.platform import CATALOGUE_FILE, read_platform
 from deboom.files.tables import read_frame
 from deboom.mounts.library import open_library
+from deboom.report.report import Picture
 from deboom.runs.interactive_page import write_interactive_page
 from deboom.runs.runner import load_study, run_study
+from deboom.runs.search import SearchOptions
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import MountSource
 from pinned_pages import hold
@@ -44,6 +46,22 @@ def test_the_search_finds_the_front_of_all_sets(finished, summary):
     as_they_are = summary["change_parts_as_they_are_db_per_line"]
     assert summary["change_db_per_line"] == pytest.approx(as_they_are, rel=1e-3)  # other draws
     assert as_they_are < 0.0
+
+
+def test_the_loudest_car_is_drawn_over_the_engines_speed():
+    """Order 1.5 of its three cylinders: 60 Hz are 2400 rpm, not 3600."""
+    options = STUDY.module.Options(
+        search=SearchOptions(generations=1, population=8),
+        samples=8,
+        mount=["TSM"],
+        motion=Motion.prescribed,
+    )
+    report = STUDY.module.run(STUDY.module.prepare(options), options)
+    (picture,) = (b for panel in report.panels for b in panel.blocks if isinstance(b, Picture))
+    axes = picture.drawing().axes[0]
+    axes.figure.canvas.draw()
+    assert axes.get_xlim()[1] == 60.0
+    assert axes.child_axes[0].get_xlim()[1] == pytest.approx(2400.0)
 
 
 def test_re_tuned_parts_in_coupled_motion_do_no_worse(tmp_path, finished):

@@ -1,6 +1,7 @@
 """The study of the cheapest tolerances at a tiny budget."""
 
 import json
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,10 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore.choices import Pick
+from deboom.explore.tolerance_allocation import Verified
 from deboom.files.made_parts import tolerance_cost
 from deboom.files.run_folder import read_run
+from deboom.pages.tolerance_allocation import ToleranceSets
 from deboom.runs.options import target_limits
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
@@ -31,6 +34,20 @@ def test_the_same_sigma_costs_less(finished, summary):
     tolerance = table["cheapest ± [%]"]
     assert tolerance.between(5.0 - 1e-9, 30.0 + 1e-9).all()
     np.testing.assert_allclose(table["cost cheapest [1]"], 15.0 / tolerance)
+
+
+def test_a_limit_that_new_draws_miss_is_said():
+    """0.481 dB misses a stated 0.474, not today's 0.485 in the same draws; 0.4741 does not."""
+    verified = {"today's": Verified(0.485, 0.99, 0.98), "cheapest": Verified(0.481, 0.94, 0.93)}
+    nothing = dict.fromkeys(field.name for field in fields(ToleranceSets))
+    of_today = ToleranceSets(**{**nothing, "by_sigma": True, "verified": verified, "share": 0.95})
+    stated = replace(of_today, sigma=0.474)
+    close = {**verified, "cheapest": Verified(0.4741, 0.95, 0.93)}
+    assert of_today.missed == replace(stated, verified=close).missed == ""
+    assert stated.missed.startswith("New draws find σ 0.481 dB, more than 0.474 dB:")
+    of_share = replace(of_today, by_sigma=False)
+    assert "94.0 % within the limits, less than the 95 % asked for" in of_share.missed
+    assert replace(of_share, verified=close).missed == ""
 
 
 @pytest.mark.slow("allocates tolerances twice more")

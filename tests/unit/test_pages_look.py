@@ -155,6 +155,15 @@ def test_files_that_cannot_be_read_are_refused_as_check_does(tmp_path):
 
 
 @pytest.mark.usefixtures("no_pictures")
+def test_what_check_warns_of_is_in_the_first_sentence(tmp_path, monkeypatch):
+    words = "campaign  mine\nWARNING  the force of EnM z is 1.1 ms late.\nWARNING  one more."
+    monkeypatch.setattr(look, "check_folder", lambda _: ([], [], words))
+    report = look_report(filled(made(tmp_path / "mine")))
+    late = "2 warnings, the first: the force of EnM z is 1.1 ms late. No other fault"
+    assert report.verdict.startswith(late)
+
+
+@pytest.mark.usefixtures("no_pictures")
 def test_the_command_writes_one_page(tmp_path):
     folder = filled(made(tmp_path / "mine"))
     done = call("look", folder, "--out", tmp_path / "results")

@@ -15,7 +15,7 @@ from scipy.cluster import hierarchy
 from deboom import plot as figures
 from deboom.errors import InputError
 from deboom.plot import style
-from deboom.plot.style import as_png, mount_of, signed, vehicle_colours
+from deboom.plot.style import as_png, at_least, mount_of, signed, vehicle_colours
 from figure_text import faults_of_text
 from pinned_pages import described, hold
 
@@ -331,6 +331,12 @@ def test_mounts_of_variables_and_signs_of_changes():
     changes = ((-3.14, 1, "−3.1"), (0.2, 1, "+0.2"), (-0.04, 1, "0.0"), (12.4, 0, "+12"))
     for value, digits, text in changes:
         assert signed(value, digits) == text
+
+
+def test_a_number_that_or_more_follows_is_rounded_down():
+    values = ((0.986, "0.98"), (0.98, "0.98"), (0.29, "0.29"), (-0.001, "−0.01"), (1.0, "1.00"))
+    for value, text in values:
+        assert at_least(value, 2) == text
 
 
 def test_a_picture_is_drawn_on_the_callers_axes():

@@ -176,3 +176,10 @@ def test_the_sentence_on_peaks_counts_those_of_today(right, words):
         for boom, side in ((70.0, 62.0), (66.0, right))
     ]
     assert peaks_sentence({"car": compare_peaks(*levels, lines, 2.0)}) == words
+
+
+def test_peaks_that_change_alike_are_told_by_one_number():
+    lines = np.arange(20.0, 41.0)
+    levels = [np.interp(lines, [20.0, 25.0, 40.0], [50.0, boom, 50.0]) for boom in (70.0, 69.5)]
+    changes = dict.fromkeys(("car", "other"), compare_peaks(*levels, lines, 2.0))
+    assert peaks_sentence(changes) == "today's 2 booming peaks change by −0.5 dB"

@@ -277,20 +277,21 @@ def compared_report(studies: Sequence[Comparison]) -> Report:
     if len(studies) == 1:
         return comparison_report(studies[0])
     report = Report("Fronts compared", QUESTION)
-    first, *others = sentences(studies)
-    report.answer(first, *others, letters_in_words(studies[0]), _how_sure(studies[0]), NOT_TO_TRUST)
+    (verdict,) = sentences(studies)
+    report.answer(verdict, letters_in_words(studies[0]), _how_sure(studies[0]), NOT_TO_TRUST)
     _next(report, studies)
-    report.section("The verdict", "\n\n".join(sentences(studies)))
+    report.section("The verdict", verdict)
     report.number(
         "verdict", overall(studies), "", "verdict over the fronts: over all models", headline="s"
     )
     report.number("n_judges", len(studies), "", "models that judge, each with keys judge_<n>_…")
     for number, study in enumerate(studies, start=1):
-        part = comparison_report(study)
+        part = _judged_report(study)
         names = {
             name: f"judge_{number}_{name}" for name in (*part.tables, *part.pictures, *part.summary)
         }
-        report.include(part, f"As {study.judge_name} sees it", names=names)
+        report.include(part, f"Judged by the model of {study.judge_name}", names=names)
+    _differences(report, studies[0])
     return report
 
 
@@ -322,11 +323,13 @@ def _how_sure(study: Comparison) -> str:
 
 
 def _next(report: Report, studies: Sequence[Comparison]) -> None:
-    """Say what comes next: more seeds where something is open, and the pages of the fronts."""
+    """Say what comes next: one model, more seeds where something is open, what a front says."""
     is_open = any(p.verdict is FrontVerdict.open for study in studies for p in study.pairs.values())
     more = Step("deboom run STUDY --seed SEED", f"{ENOUGH_SEEDS} seeds of each front decide")
+    other = Step("deboom run STUDY", "one of the fronts again, with the model of the other")
     report.panel(
         "What to do next",
+        *[other] * (overall(studies) == NOT_COMPARABLE),
         *[more] * is_open,
         Step("deboom show RUN", "what a front says to build"),
         wide=True,
@@ -341,6 +344,13 @@ def overall(studies: Sequence[Comparison]) -> str:
 
 def comparison_report(study: Comparison) -> Report:
     """Report fronts compared under one judge."""
+    report = _judged_report(study)
+    _differences(report, study)
+    return report
+
+
+def _judged_report(study: Comparison) -> Report:
+    """Report what one judge says of fronts, without what the runs do not have in common."""
     (first, second), judged_pair = next(iter(study.pairs.items()))
     verdicts = [pair.verdict for pair in study.pairs.values()]
     gap, beside = study.gap(first, second) * study.per_line, ""
@@ -432,6 +442,11 @@ def comparison_report(study: Comparison) -> Report:
     _verdict(report, study)
     report.section("How it was decided", _method(study))
     _fronts(report, study)
+    return report
+
+
+def _differences(report: Report, study: Comparison) -> None:
+    """List what the runs do not have in common."""
     differ = differences([f.run for f in study.fronts], [f.name for f in study.fronts])
     report.section(
         "What the runs do not have in common",
@@ -442,7 +457,6 @@ def comparison_report(study: Comparison) -> Report:
     )
     caption = "Only what differs is shown." if len(differ) else ""
     report.table("differences", differ, caption)
-    return report
 
 
 def _verdict(report: Report, study: Comparison) -> None:
@@ -685,8 +699,10 @@ def sentences(studies: Sequence[Comparison]) -> list[str]:
     """Return the verdicts in words, for a terminal."""
     if len(studies) == 1:
         return [verdict_sentence(studies[0], pair) for pair in _shown(studies[0])]
-    lines = [f"{overall(studies)[0].upper()}{overall(studies)[1:].rstrip('.')}."]
-    return lines + [f"As {study.judge_name} sees it: {study.headline}" for study in studies]
+    verdict = overall(studies)
+    if verdict == NOT_COMPARABLE:
+        return [f"{verdict[0].upper()}{verdict[1:]}, which do not agree on the better front."]
+    return [f"{verdict[0].upper()}{verdict[1:]} Each of the {len(studies)} models says so."]
 
 
 def differences(runs: Sequence[ComparedRun], names: Sequence[str]) -> pd.DataFrame:

@@ -40,7 +40,7 @@ from deboom.explore.space import DesignSpace
 from deboom.files.doe_table import read_plan
 from deboom.pages.front_answer import abbreviations
 from deboom.plot.correlations import MOST
-from deboom.plot.style import signed, vehicle_colours
+from deboom.plot.style import at_least, signed, vehicle_colours
 from deboom.report import Report, Step, Table
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.design_factor import factor_space
@@ -371,7 +371,8 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
         "stiffnesses change, so that one group can represent the others?",
     )
     pair = " and ".join(by_group.designs.names[place] for place in worst)
-    _answer(report, study, f"the means of any two groups correlate by {r_min:.2f} or more ({pair})")
+    least = f"{at_least(r_min, 2)} or more ({pair})"
+    _answer(report, study, f"the means of any two groups correlate by {least}")
     report.number(
         "r_group_min",
         r_min,
@@ -464,8 +465,8 @@ def _answer(report: Report, study: CorrelationStudy, finding: str) -> None:
         verdict = "One mount set quietens all vehicles alike"
     elif alone:
         verdict = (
-            f"{listed(tuple(alone))} {'needs' if len(alone) == 1 else 'need'} a look of "
-            f"{'its' if len(alone) == 1 else 'their'} own; the others can share mount sets"
+            f"Judge {listed(tuple(alone))} by {'itself' if len(alone) == 1 else 'themselves'}; the "
+            "others can share mount sets"
         )
     else:
         verdict = f"{len(families.members)} families of vehicles, each with a mount set of its own"
@@ -520,11 +521,9 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
         others = tuple(name for name in study.names if name != apart)
         alike = float(designs.among(others).min())
         mean = float(designs.between(apart, others).mean())
-        _answer(
-            report,
-            study,
-            f"{apart} {held} r = {mean:.2f} with the others, which have {alike:.2f} or more",
-        )
+        least = f"{at_least(alike, 2)} or more"
+        finding = f"{apart} {held} r = {mean:.2f} with the others, which have {least}"
+        _answer(report, study, finding)
         report.number("apart", apart, "", "vehicle that is compared with the others", headline="s")
         one, rest = key_of([apart]), key_of(others)
         for kind, of in zip(("", "_means", "_tolerance"), kinds.values(), strict=True):

@@ -177,10 +177,8 @@ def peaks_sentence(changes: Mapping[str, Sequence[PeakChange]]) -> str:
             return "no vehicle has a booming peak"
         if len(todays) == 1:
             return f"today's booming peak changes by {signed(todays[0], 1)} dB"
-        return (
-            f"today's {len(todays)} booming peaks change by {signed(min(todays), 1)} to "
-            f"{signed(max(todays), 1)} dB"
-        )
+        ends = dict.fromkeys(signed(end(todays), 1) for end in (min, max))
+        return f"today's {len(todays)} booming peaks change by {' to '.join(ends)} dB"
     change, top, vehicle = max(louder, key=lambda rise: rise[0])
     subject = "one booming peak becomes" if len(louder) == 1 else f"{len(louder)} peaks become"
     return (
@@ -197,7 +195,7 @@ def certainty_sentence(expected: ExpectedChange | str, old_stops: float = np.nan
     """
     condition = (
         "if the stops are re-tuned with the stiffness; if only the rubber gets softer: "
-        f"{signed(old_stops, 1)} dB"
+        f"{signed(old_stops, 1)} dB in the model"
     )
     if isinstance(expected, str):
         in_model = f" The change in the model holds {condition}." * bool(np.isfinite(old_stops))
@@ -213,18 +211,19 @@ def certainty_sentence(expected: ExpectedChange | str, old_stops: float = np.nan
     )
 
 
-def model_sentence(expected: ExpectedChange | str, predicted: float) -> str:
+def model_sentence(expected: ExpectedChange | str, predicted: float, *, bodies: bool = True) -> str:
     """Say why the model says another mean change, and what is known of the bodies.
 
     - `expected`: of the design; empty where it is the sentence that says why nothing is expected.
     - `predicted`: mean change in the model [dB].
+    - `bodies`: whether to say it of the bodies, where no table beside it does.
     """
     if isinstance(expected, str):
         return ""
+    known = f" Of the bodies {_known_of_bodies(expected)}." * bodies
     return (
         f"The model says {signed(predicted, 1)} dB: it leaves out bodies that give way, warmer or "
-        f"older rubber, and amplitudes. {_loudest_line(expected)}. Of the bodies "
-        f"{_known_of_bodies(expected)}."
+        f"older rubber, and amplitudes. {_loudest_line(expected)}.{known}"
     )
 
 
@@ -385,7 +384,7 @@ def report_loudest(
         "new parts as made."
     )
     report.panel(
-        f"{fleet.vehicles[row]}, the loudest ear today",
+        f"{fleet.vehicles[row]}, the loudest line today",
         Picture(lambda: _loudest_levels(fleet, design, row, speed_label), words, words),
         *(Sound(name, wav) for name, wav in zip((TODAY, NEW), files, strict=True)),
         f"Run-up of the model, {run_up}; full scale {scale:.3g} Pa in both. Use headphones.",

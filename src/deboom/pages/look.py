@@ -102,8 +102,8 @@ def _answer(
         one = len(faults) == 1
         first = f"Repair first: deboom check names {len(faults)} fault{'' if one else 's'}"
     elif warned:
-        more = f" (and {len(warned) - 1} more)" if len(warned) > 1 else ""
-        first = f"No fault, but deboom check warns: {warned[0].rstrip('.')}{more}"
+        many = "1 warning" if len(warned) == 1 else f"{len(warned)} warnings, the first"
+        first = f"{many}: {warned[0].rstrip('.')}. No other fault was named by deboom check"
     else:
         first = "It looks right to deboom check: no fault"
     report.answer(

@@ -125,8 +125,8 @@ def _answer(
     else:
         within = f"within {good[HALF_WIDTH].max():.0f} %"
         verdict = (
-            f"{listed(others)} {'is' if len(others) == 1 else 'are'} not identified; the other "
-            f"{len(good)} directions are known {within}: use the library for these"
+            f"Use {len(good)} directions of the library, which are known {within}; do not use "
+            f"{listed(others)}, which {'is' if len(others) == 1 else 'are'} not identified"
             if others
             else f"All {len(good)} directions are known {within}: use the library"
         )

@@ -246,8 +246,8 @@ def _answer_in_words(chosen: Selection) -> tuple[str, ...]:
         certainty_sentence(expected),
         model_sentence(expected, float(chosen.change[Pick.best_mean])),
         f"Mean level at the driver's ear of {len(front.responses)} vehicles, verified with "
-        f"{front.judge.n_samples} draws that the search has not seen. From drive to drive nobody "
-        f"hears a difference below about {HEARD:g} dB. Best-mean in the model: "
+        f"{chosen.heard.n_cars} cars of each that the search has not seen. From drive to drive "
+        f"nobody hears a difference below about {HEARD:g} dB. Best-mean in the model: "
         f"{peaks_sentence(chosen.heard.peak_changes(chosen.best))}.",
         weights_sentence(chosen.heard) + abbreviations(chosen.runs.platform.mounts),
     )
@@ -268,8 +268,9 @@ def _panels(report: Report, chosen: Selection, name_of_run: str) -> None:
     report.panel(
         "Each vehicle",
         Table(each, "", dict.fromkeys((*loud, *gains), 1)),
-        "Mean level with today's parts, and its change, without scatter. Target: the level of "
-        f"today, by {heard.n_cars} cars of each with parts{chosen.retuned} as made.",
+        "Mean level with today's parts, and its change, without scatter; the first sentence is "
+        f"with scatter. Target: the level of today, by {heard.n_cars} cars of each with "
+        f"parts{chosen.retuned} as made.",
         wide=True,
     )
     parts = {"mount": [_titled(mount) for mount in runs.platform.mounts]}

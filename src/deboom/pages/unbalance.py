@@ -157,16 +157,14 @@ def _answer(report: Report, measured: MeasuredUnbalance, alarms: Sequence[str]) 
     evaluation, chosen = measured.evaluation, measured.evaluation.chosen
     static, dynamic = chosen.sources.static, chosen.sources.dynamic
     sure = f"Do not rely on it, {alarms_in_words(alarms)}" if alarms else "Use it"
-    decided = (
-        f"{overall(measured.verdicts).value.capitalize()}: static"
-        if measured.limits
-        else f"{sure}, though no limit says whether it is good: static"
-    )
+    decided, open_ = sure, " Whether that is acceptable cannot be said: no limit was given."
+    if measured.limits:
+        decided, open_ = overall(measured.verdicts).value.capitalize(), ""
     report.answer(
-        f"{decided} unbalance {1e6 * abs(static.value):.2f} g mm "
+        f"{decided}: static unbalance {1e6 * abs(static.value):.2f} g mm "
         f"({1e6 * static.lower:.2f} to {1e6 * static.upper:.2f}), dynamic unbalance "
         f"{1e9 * abs(dynamic.value):.0f} g mm² ({1e9 * dynamic.lower:.0f} to "
-        f"{1e9 * dynamic.upper:.0f}).",
+        f"{1e9 * dynamic.upper:.0f}).{open_}",
         f"How sure: in brackets the interval of {100 * evaluation.options.confidence:g} %. Rotor, "
         f"gas and mounts leave {chosen.sources.remaining_chi:.2f} times the noise by route "
         f"{chosen.route.letter}: {alarms_in_words(alarms)}.",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from decimal import ROUND_FLOOR, Decimal
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -85,6 +86,12 @@ def signed(value: float, decimals: int) -> str:
     """Write a change with its sign, such as ``−3.1`` or ``+0.2``; a rounded zero has none."""
     text = f"{value:+.{decimals}f}"
     return f"{0:.{decimals}f}" if float(text) == 0.0 else text.replace("-", "−")
+
+
+def at_least(value: float, decimals: int) -> str:
+    """Write a number that “or more” follows: rounded down, so that the sentence is true."""
+    last_place = Decimal(1).scaleb(-decimals)
+    return str(Decimal(str(float(value))).quantize(last_place, ROUND_FLOOR)).replace("-", "−")
 
 
 def _colours(names: Sequence[str], palette: tuple[str, ...], what: str) -> dict[str, str]:

@@ -372,12 +372,17 @@ def test_the_new_part_over_frequency_is_what_its_surface_says(sheet, study):
     assert len(set(x.index.get_level_values(0))) == 2
     assert x["nominal"].notna().sum() > len(x) / 2  # measured on the whole range by two amplitudes
 
-    test = acceptance.TestEntry(frequencies_hz=(30.0, 45.0), second_amplitude_mm=0.3)
+    test = acceptance.TestEntry(frequencies_hz=(30.0, 45.0, 66.5), second_amplitude_mm=0.05)
     stated = sheet_of(study, programme=sheet.agreed.model_copy(update={"test": test}))
     asked = stated.over_frequency
-    assert set(asked["frequency_hz"]) == {30.0, 45.0}
-    assert 0.3 in {round(value, 6) for value in asked["amplitude_mm"]}
-    assert 0.3 not in {round(value, 6) for value in table["amplitude_mm"]}
+    assert set(asked["frequency_hz"]) == {30.0, 45.0, 66.5}
+    # beyond the band of the noise, and measured
+    last = asked[(asked["direction"] == "TSM x") & (asked["frequency_hz"] == 66.5)]
+    torque = stated.states["TSM x"].wheel_torque
+    beyond = abs(surface.predict([[torque, 0.05e-3, 66.5]])[0]) * 1e-3
+    new = stated.effects.middle[study.space.names.index("TSM x")]
+    amplitude = last.loc[last["amplitude_mm"].round(6) == 0.05, "nominal"]
+    assert amplitude.tolist() == pytest.approx([new * beyond])
 
 
 def test_where_only_spectra_were_measured_no_stiffness_over_frequency_is_claimed(study):

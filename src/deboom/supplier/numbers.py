@@ -219,7 +219,7 @@ class StiffnessOverFrequency:
     amplitude : float
         [m peak].
     frequency : array, shape (n,)
-        Lines of the band [Hz].
+        Lines of the band, and frequencies of the programme [Hz].
     stiffness : array, shape (n,)
         Complex; nan where nothing was measured [N/m].
     """
@@ -372,7 +372,11 @@ def _state(
         backed = np.where(surface.supported(at), np.abs(surface.predict(at, extrapolate=True)), NAN)
         curve = (_abscissa(direction, of_programme, model, over), backed)
         over_frequency = _over_frequency(
-            surface, here, setting[0], programme.test.second_amplitude_mm, study.index.frequency
+            surface,
+            here,
+            setting[0],
+            programme.test.second_amplitude_mm,
+            np.union1d(study.index.frequency, frequencies or ()),
         )
     elif frequencies and abs(lines[line] - wanted) > 0.5:
         raise InputError(

@@ -125,6 +125,7 @@ RealArray = npt.NDArray[np.float64]
 PALETTE = 256
 """Colours of a picture: as many as one byte tells apart."""
 _ROUNDS = 4
+_UNLIKE = 0xF8F8F8  # bits of a colour in which it differs from others to begin with
 
 
 @contextmanager
@@ -245,8 +246,11 @@ def _with_palette(picture: Image) -> Image:
     shown, colours = pd.factorize(four_bytes)
     count = np.bincount(shown)
     strip = np.stack([colours >> 16 & 255, colours >> 8 & 255, colours & 255], axis=1)
-    # of each colour once, not of each pixel; no dithering: it would make flat colours grainy
-    flat = Image.fromarray(strip.astype(np.uint8)[np.newaxis]).quantize(
+    # of each colour once, not of each pixel, and of colours nearly alike one: the search for those
+    # far apart takes long over many; no dithering: it would make flat colours grainy
+    unlike = np.unique(colours & _UNLIKE, return_index=True)[1]
+    begin = strip if len(unlike) < PALETTE else strip[unlike]
+    flat = Image.fromarray(begin.astype(np.uint8)[np.newaxis]).quantize(
         PALETTE, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
     )
     centres, seen = np.array(flat.getpalette(), dtype=float).reshape(-1, 3), strip.astype(float)

@@ -9,8 +9,8 @@ the picks are driven in every car by the bench. The 90 % intervals are those of
 follow from 162 tuning platforms by one rule, and light and truck bodies took no part in them. Here
 stand eight platforms of each family with seeds of their own; intervals in brackets are those of a
 bootstrap over platforms. Seats and wheels are those of the same platforms, with the centres and
-width factors that were tuned on ears. Noise is that of runs and functions from line to line; places and
-calibrations err as always.
+width factors that were tuned on ears. Noise is that of runs and functions from line to line; places
+and calibrations err as always.
 
 Light bodies of which nothing is known are the weakest: 79 % are held in 40 platforms of them, and a
 third more is expected than they bring (decisions.md has all 318 judged platforms). The scores asked

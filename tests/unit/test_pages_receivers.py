@@ -150,6 +150,7 @@ def test_a_page_shows_idle_order_by_order_and_names_what_gets_worse_there(view):
     orders = orders_table(view).set_index(["receiver", "design"]).loc[("U06-1, wheel y", "today")]
     of_orders = orders[[f"order {order:g} [dB]" for order in idle.orders]].to_numpy(float)
     assert 10 * np.log10(np.sum(10 ** (of_orders / 10))) == pytest.approx(every[0, 3])
+    assert orders["all orders [dB]"] == pytest.approx(every[0, 3])
 
     # everything is felt more at idle than today
     louder = replace(view.index, idle=(Raised(idle, view.best),))

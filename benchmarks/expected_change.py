@@ -99,8 +99,8 @@ def platform(family: str, seed: int) -> dict[str, RealArray]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "p"
         options = {"load_cases": RUN, "groups": (GROUP,), "family": words, "receptance": True}
-        options["receivers"] = True
-        data = read_platform(write_platform(path, seed, truth_seed=seed, **options))
+        write_platform(path, seed, truth_seed=seed, receivers=True, **options)
+        data = read_platform(path)
     group = data.fleet.group(GROUP)
     felt = [not receiver.is_sound for receiver in group.receivers]
     rows = {"": np.unique(group.vehicle_of, return_index=True)[1], FELT: np.flatnonzero(felt)}
@@ -115,9 +115,8 @@ def platform(family: str, seed: int) -> dict[str, RealArray]:
     again = list(uncertain_index(rigid, replace(data, fleet=at_rest), ()).draws(REPETITIONS, 1))
     designs, arrays = [np.ones(len(rigid.variable_names))], {}
     for state, model in models.items():
-        pick = quieter_design(
-            coupled_model(data, Fleet(tuple(map(_with_one_ear, fleets[state].vehicles))))
-        )
+        drivers = Fleet(tuple(car.heard(by_driver=True) for car in fleets[state].vehicles))
+        pick = quieter_design(coupled_model(data, drivers))
         designs.append(pick)
         draws = change_draws(model, again, group, data.mounts, pick, information=state, seed=seed)
         every = {
@@ -125,18 +124,13 @@ def platform(family: str, seed: int) -> dict[str, RealArray]:
             "drawn": np.stack([draws.drawn[:, 0], draws.drawn_peak[:, 0]], axis=1),
             "repeated": _repeated(model, again, pick),
         }
-        for words, of in rows.items():
-            arrays |= {f"{state.name} {name}{words}": each[..., of] for name, each in every.items()}
+        for whose, of in rows.items():
+            arrays |= {f"{state.name} {name}{whose}": each[..., of] for name, each in every.items()}
     true = _driven(drawn, group, np.array(designs), rigid.frequency)
     for number, state in enumerate(models, 1):
-        for words, of in rows.items():
-            arrays[f"{state.name} true{words}"] = (true[number] - true[0])[..., of]
+        for whose, of in rows.items():
+            arrays[f"{state.name} true{whose}"] = (true[number] - true[0])[..., of]
     return {name: values.astype(np.float32) for name, values in arrays.items()}
-
-
-def _with_one_ear(vehicle: Any) -> Any:
-    """Leave the receivers beside a vehicle's ear out."""
-    return replace(vehicle, receivers={})
 
 
 def of_driving_points(vehicle: Any) -> Any:

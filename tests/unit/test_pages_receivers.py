@@ -150,6 +150,7 @@ def test_a_page_shows_idle_order_by_order_and_names_what_gets_worse_there(view):
     orders = orders_table(view).set_index(["receiver", "design"]).loc[("U06-1, wheel y", "today")]
     of_orders = orders[[f"order {order:g} [dB]" for order in idle.orders]].to_numpy(float)
     assert 10 * np.log10(np.sum(10 ** (of_orders / 10))) == pytest.approx(every[0, 3])
+    assert orders["all orders [dB]"] == pytest.approx(every[0, 3])
 
     # everything is felt more at idle than today
     louder = replace(view.index, idle=(Raised(idle, view.best),))
@@ -321,3 +322,19 @@ def test_indices_and_free_directions_name_seats_and_judge_idle(two_cars):
     at_idle = np.abs(np.diff(index.idle[0](np.vstack([np.ones(12), moved])), axis=0))[0]
     assert np.all(changes >= at_idle - 1e-12)
     assert largest_changes(replace(index, idle=()), moved, np.ones(12))[0].max() < 5.0
+
+
+@pytest.mark.slow("descends along gradients of eight responses, and of four")
+def test_a_front_with_seats_and_wheels_converges_as_that_of_their_ears(two_cars):
+    """Receivers that no objective asks for change neither the end of a search nor its spread."""
+    ends = []
+    for model in (two_cars.index, two_cars.runs.heard("a test").model("coupled")):
+        robust = deboom.Robust(model, model.design_space(), draws=8, weights=model.response_weights)
+        for seed in (1, 2):
+            front = deboom.search(robust, population=8, generations=2, seed=seed, verified_with=8)
+            ends.append(np.min(front.search.front.objectives, axis=0) / len(model.response_names))
+    of_all, of_ears = np.array(ends[:2]) * 8, np.array(ends[2:]) * 4
+    per_line = 1.0 / (4 * two_cars.index.n_lines)
+    # weights have a mean of 1: those of four ears among eight responses are 2
+    assert np.all(np.ptp(of_all, axis=0) * per_line < [0.02, 0.01])
+    np.testing.assert_allclose(of_all[0] / 2.0 * per_line, of_ears[0] * per_line, atol=0.01)

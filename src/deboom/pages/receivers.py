@@ -12,6 +12,7 @@ from deboom.explore.choices import Pick
 from deboom.explore.front import nondominated
 from deboom.pages.front_answer import PICTURE_WIDTH, expected_column
 from deboom.pages.platform_front import PlatformFront
+from deboom.physics.sound_level import energy_sum
 from deboom.physics.vibration_level import rms_of_level
 from deboom.plot.style import signed
 from deboom.report import Picture, Report, Table
@@ -122,6 +123,7 @@ def orders_table(view: PlatformFront) -> pd.DataFrame:
             for words, levels in zip(("today", Pick.best_mean), pair, strict=True):
                 of_orders = zip(idle.orders, levels, strict=True)
                 columns = {f"order {order:g} [dB]": level for order, level in of_orders}
+                columns["all orders [dB]"] = float(energy_sum(levels))
                 rows.append({"run": idle.run.name, "receiver": name, "design": words, **columns})
     return pd.DataFrame(rows)
 
@@ -157,7 +159,9 @@ def report_vibrations(report: Report, view: PlatformFront) -> None:
                 "change of the level of all orders at idle at the receiver by best-mean, in the "
                 "model without scatter",
             )
-        report.panel("At idle", _shown(table), _about_idle(view), wide=True)
+        vibrations = table[table["rms today"] != ""]
+        shown = _shown(table if vibrations.empty else vibrations)
+        report.panel("At idle", shown, _about_idle(view), wide=True)
 
 
 def report_orders(report: Report, view: PlatformFront) -> None:

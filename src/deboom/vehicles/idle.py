@@ -42,10 +42,10 @@ class IdleRun:
     def __post_init__(self) -> None:
         exact = self.case.force.frequency * 60.0 / self.speed
         off = np.abs(exact - self.orders)
-        known = np.isin(self.orders, ORDERS) & (off <= ORDER_TOLERANCE)
+        is_order = np.isin(self.orders, ORDERS) & (off <= ORDER_TOLERANCE)
         owner = f"load case {self.case.name}"
-        if not known.all():
-            at = int(np.argmin(known))
+        if not is_order.all():
+            at = int(np.argmin(is_order))
             raise InputError(
                 f"{owner}: {self.case.force.frequency[at]:g} Hz is order {exact[at]:.3g} of "
                 f"{self.speed:g} rpm: export one line per order, {ORDERS[0]:g} to {ORDERS[-1]:g} "
@@ -85,9 +85,6 @@ class IdleModel:
     run: IdleRun
     model: BoomingModel
 
-    quantity = "level at idle"
-    smooth = True
-
     @property
     def orders(self) -> RealArray:
         """Engine orders that count, shape (o,) [1]."""
@@ -109,21 +106,16 @@ class IdleModel:
         return self.model.response_names
 
     @property
-    def response_unit(self) -> str:
-        """Unit of each receiver's level."""
-        return self.model.response_unit
-
-    @property
     def receivers(self) -> tuple[Receiver, ...]:
         """Receiver of each response."""
         return self.model.receivers
 
     def levels(self, designs: npt.ArrayLike) -> RealArray:
-        """Return the level of each order, designs (n, k) [1] → (n, v, o) [`response_unit`]."""
+        """Return the level of each order, designs (n, k) [1] → (n, v, o) [unit of the receiver]."""
         return self.model.levels(designs)
 
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
-        """Return the level of all orders together, designs (n, k) [1] → (n, v) [`response_unit`].
+        """Return the level of all orders, designs (n, k) [1] → (n, v) [unit of the receiver].
 
         Orders have different frequencies, so their mean squares add up: ``10 lg Σ_o 10^(L_o/10)``.
         """

@@ -186,12 +186,3 @@ def test_the_command_writes_one_page(tmp_path):
 def test_places_refuses_what_it_cannot_draw(groups, words):
     with pytest.raises(InputError, match=words):
         places(groups)
-
-
-@pytest.mark.usefixtures("no_pictures")
-def test_what_check_warns_of_is_in_the_first_sentence(tmp_path, monkeypatch):
-    words = "campaign  mine\nWARNING  the force of EnM z is 1.1 ms late.\nWARNING  one more."
-    monkeypatch.setattr(look, "check_folder", lambda _: ([], [], words))
-    report = look_report(filled(made(tmp_path / "mine")))
-    late = "No fault, but deboom check warns: the force of EnM z is 1.1 ms late (and 1 more)"
-    assert report.verdict.startswith(late)

@@ -113,9 +113,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     """Choose designs, draw the measurements again and report."""
     designs = _designs(model, options, context)
     repeated = _measure_again(model, designs, options)
-    origin = "a quick search of this study; --front RUN takes that of a finished front"
+    origin = "comes from a quick search, not from your front; use --front RUN for yours"
     if options.front is not None:
-        origin = f"the front {options.front.name}"
+        origin = f"is that of the front {options.front.name}"
     report = uncertainty_report(repeated, model.inputs, origin)
     report_runs(report, model.runs)
     return report

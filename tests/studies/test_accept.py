@@ -69,7 +69,10 @@ def test_verdicts_at_the_ends_of_the_interval(tmp_path):
     verdicts = [part.verdict for part in delivery.parts]
     assert verdicts == [PartVerdict.passed] * 2 + [PartVerdict.failed] * 2 + [PartVerdict.passed]
     assert delivery.batches[0].verdict is PartVerdict.failed
-    assert delivery.batches[0].reason() == "2 of 5 parts are outside"
+    assert judged(tmp_path, [0.8, 0.78, 1.001, 0.9]).batches[0].reason() == (
+        "2 of 4 parts are outside; the furthest has x outside: 156.0 N/mm, asked 160.0 to "
+        "200.0 N/mm"
+    )
     # with 2 % uncertainty nothing near an end is decided
     verdicts = [
         part.verdict for part in judged(tmp_path, [0.81, 0.99, 1.01, 1.03, 0.9], 0.02).parts
@@ -175,6 +178,8 @@ def test_a_batch_in_a_corner_passes_and_the_supplier_reads_why_it_is_named(tmp_p
     )
     delivery = judged_delivery(demand, parts, read_platform(PLATFORM), 0.0, seed=1)
     assert delivery.batches[0].verdict is PartVerdict.passed
+    failed = replace(delivery.batches[0], parts=judged(tmp_path, [0.7, 0.9]).parts)
+    assert "corner" not in failed.reason()  # a part in a corner is inside
     for language, reason in (
         (Language.en, "lies in a corner of the box"),
         (Language.de, "liegt in einer Ecke"),

@@ -242,7 +242,10 @@ WORDS: Mapping[str, Word] = {
         "{axis} {what}: {measured}{of}, gefordert {first} bis {last}{unit}",
     ),
     "of today's": Word(" of today's", " des heutigen"),
-    "parts outside": Word("{n} of {of} parts are outside", "{n} von {of} Teilen liegen außen"),
+    "parts outside": Word(
+        "{n} of {of} parts are outside; the furthest has {furthest}",
+        "{n} von {of} Teilen liegen außen; am weitesten liegt {furthest}",
+    ),
     "parts near": Word(
         "{n} parts too near to an end to decide", "{n} Teile zu nah an einem Ende zum Entscheiden"
     ),

@@ -239,7 +239,8 @@ def _answer(report: Report, measured: Measured) -> None:
     report.panel(
         f"What reaches {ear}, {first.name}",
         Table(points, "", {"share of the energy [1]": 2}),
-        "Levels are unweighted, dB re 20 µPa. Levels do not add up, as loads cancel.",
+        "Levels are unweighted, dB re 20 µPa. They do not add up, as loads cancel; the share "
+        "counts the phase, so that a louder one may have the smaller share.",
         wide=True,
     )
     report.panel(

@@ -45,6 +45,10 @@ RISE = 1.0
 """Rise of a peak from which the page warns [dB]."""
 TRIED = 11
 """Values of each stiffness that are tried for it."""
+FURTHER = 1.25
+"""Times the allowed travel, which the page offers as a next step [1]."""
+COARSE = 5.0
+"""Distance of lines between which a booming peak may hide [Hz]: a peak is about as wide."""
 MOST_NAMED = 2
 """Stiffnesses in the headline: those that matter most."""
 PLACES = "places"
@@ -181,7 +185,7 @@ def mount_front_report(view: MountFront, run: str) -> Report:
     )
     report.explain("SPL", "stiffness factor", "dynamic stiffness", "tolerance", "σ")
     report.explain("Pareto front", "sensitivity index", "noise transfer function")
-    report.warn(*view.model.alarms)
+    report.warn(*view.model.alarms, _coarse_lines(view.fleet.frequency))
     report.assume(*view.model.assumed)
     _tell(report, view)
     _answer(report, view, run)
@@ -204,6 +208,17 @@ def mount_front_report(view: MountFront, run: str) -> Report:
     )
     report_front(report, view.front)
     return report
+
+
+def _coarse_lines(frequency: RealArray) -> str:
+    """Say that peaks may hide between lines [Hz]; empty where they lie close enough."""
+    step = float(np.diff(frequency).max(initial=0.0))
+    if step <= COARSE:
+        return ""
+    return (
+        f"Levels are computed every {step:g} Hz: a louder peak may lie between two lines. Take a "
+        "smaller --line-step."
+    )
 
 
 def _tell(report: Report, view: MountFront) -> None:
@@ -290,7 +305,8 @@ def _answer(report: Report, view: MountFront, run: str) -> None:
     report.panel(
         "Mounts to change",
         _mounts_to_change(view),
-        f"Tolerance ±{PERCENT * view.tolerance:.0f} %, places ±{view.place_tolerance:g} mm.",
+        f"Tolerance ±{PERCENT * view.tolerance:.0f} %, places ±{view.place_tolerance:g} mm. The "
+        "variance is that of the level as stiffness varies within the bounds of the search.",
         wide=True,
     )
     designs = np.stack([view.front.robust.space.nominal, best])
@@ -312,7 +328,10 @@ def _answer(report: Report, view: MountFront, run: str) -> None:
         Step("deboom run compressor_front --cars FOLDER", "the same with measured cars"),
         Step("deboom run compressor_front --peak-rise 1", "no booming peak louder by more"),
         Step("deboom run compressor_front --reach 0.6", "let stiffness go further"),
-        Step("deboom run compressor_front --travel 1.5", "let mounts travel further"),
+        Step(
+            f"deboom run compressor_front --travel {FURTHER * view.allowed_travel:.2g}",
+            f"let mounts travel further than {view.allowed_travel:.2g} times today's travel",
+        ),
         Step(f"deboom report {run} --supplier", "the sheet for the maker of the mounts"),
         wide=True,
     )
@@ -344,8 +363,8 @@ def _answer_in_words(view: MountFront) -> tuple[str, ...]:
         f"{_louder_peak(view)}{certainty_sentence(UNEXPECTED)}",
         "What not to trust: small changes. In the model mounts keep their gain over frequency for "
         "every stiffness, and do not soften with amplitude.",
-        "A line that nobody hears counts as the threshold of hearing (ISO 226) in averages; peaks "
-        "keep their own level. Stiffness: |K| at "
+        "A line that nobody hears counts as the threshold of hearing (ISO 226) in averages, and "
+        "may rise in the picture; peaks keep their own level. Stiffness: |K| at "
         f"{view.model.reference_line:g} Hz. {weights_sentence(fleet)}Pressures: "
         f"{', '.join(view.index.case_names)}.",
     )

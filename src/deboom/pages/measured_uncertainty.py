@@ -119,6 +119,11 @@ class _Answer:
         """Half width of the question that decides [dB]."""
         return _half_width(self.following, self.question)
 
+    @property
+    def next_half_width(self) -> float:
+        """The same after the measurement that narrows it most [dB]."""
+        return self.deciding_half_width * (1.0 - self.gain / PERCENT)
+
 
 def _answered(repeated: Repeated) -> _Answer:
     """Take the first design that is not today's, and ask what narrows its change most."""
@@ -148,7 +153,7 @@ def _answered(repeated: Repeated) -> _Answer:
 def uncertainty_report(repeated: Repeated, inputs: Sequence[Path], origin: str) -> Report:
     """Report how certain levels and changes are, and what to measure next.
 
-    `inputs`: files read; `origin`: whose picks the designs are, in words.
+    `inputs`: files read; `origin`: where the designs come from, in words that follow "it".
     """
     answer = _answered(repeated)
     report = Report(
@@ -197,13 +202,13 @@ def _answer_in_words(answer: _Answer, origin: str) -> tuple[str, ...]:
     next_measurement = (
         f"Nothing needs to be measured: ± {answer.deciding_half_width:.2f} dB is not heard."
         if answer.is_sure
-        else f"Measure next: {answer.nearest}; the interval of the {answer.question}, "
-        f"± {answer.deciding_half_width:.2f} dB, becomes {answer.gain:.0f} % narrower."
+        else f"Measure next: {answer.nearest}; ± {answer.deciding_half_width:.2f} dB for the "
+        f"{answer.question} becomes ± {answer.next_half_width:.2f} dB."
     )
+    # what would narrow that stands in the table, beside what narrows the other questions
     for_any = (
-        "For any vehicle and load case of the group errors of measurement leave "
-        f"± {_half_width(answer.following, answer.scope):.1f} dB; {answer.nearest_of_scope} would "
-        f"make that {answer.gain_of_scope:.0f} % narrower."
+        "With the choice of vehicles and load cases, the model's change in any vehicle and load "
+        f"case is known to ± {_half_width(answer.following, answer.scope):.1f} dB."
         if answer.scope == SERIES
         else ""
     )
@@ -214,9 +219,9 @@ def _answer_in_words(answer: _Answer, origin: str) -> tuple[str, ...]:
         "By errors of measurement alone the model's change is "
         f"{signed(change, 1)} ± {half:.2f} dB, and today's mean level {level.value[0]:.1f} ± "
         f"{level.half_width[0]:.1f} dB(A) (90 %).",
-        f"{best} is that of {origin}. Most of its change comes from {_strongest(answer)}.",
-        model_sentence(answer.expected, change),
         for_any,
+        f"{best} {origin}. Most of its change comes from {_strongest(answer)}.",
+        model_sentence(answer.expected, change, bodies=False),
     )
 
 
@@ -254,7 +259,12 @@ def _panels(report: Report, answer: _Answer) -> None:
     )
     half_width = f"{answer.question}, ± [dB]"
     following = answer.following[["measurement", half_width]].head(MOST_NEXT)
-    report.panel("What to measure next", Table(following, "", {half_width: 2}))
+    others = (
+        f"± for other cars of the group than these {len(repeated.vehicles)}."
+        if answer.question == DECISION
+        else ""
+    )
+    report.panel("What to measure next", Table(following, "", {half_width: 2}), others)
     report.panel(
         "What to do next",
         Step("deboom run measured_uncertainty --vehicle FOLDER", "errors from your own vehicles"),

@@ -41,7 +41,7 @@ from deboom.pages.front_pictures import heard_by_the_driver, pictures_behind
 from deboom.pages.motion import factor_name, motion_name
 from deboom.pages.platform_front import FURTHER, PlatformFront
 from deboom.pages.receivers import report_orders, report_vibrations, worse_sentence
-from deboom.plot.style import mount_colours, signed
+from deboom.plot.style import at_least, mount_colours, signed
 from deboom.report import Link, Report, Step, Table
 from deboom.vehicles.design_factor import with_brackets
 from deboom.vehicles.fleet_front import same_designs
@@ -557,7 +557,7 @@ def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
         f"motion keeps the measured motion. Prescribed motion expects {signed(promised, 1)} dB of "
         f"its own best-mean, of which {mine} motion expects {signed(real, 1)} dB; the best-mean of "
         f"{mine} motion brings {signed(gain, 1)} dB. Both rank designs alike (correlation "
-        f"{same['correlation [1]'].min():.3f} or more), and prescribed motion expects "
+        f"{at_least(float(same['correlation [1]'].min()), 3)} or more), and prescribed motion expects "
         f"{PERCENT / same['slope [1]'].max():.0f} to {PERCENT / same['slope [1]'].min():.0f} % of "
         "each change: it neglects that a softer mount changes the motion of the powertrain.",
         folded=True,

@@ -269,10 +269,7 @@ class BoxStudy:
         """Where the limit comes from, in words."""
         below = self.limit_below_today
         if self.gain_kept is not None:
-            return (
-                "each vehicle's level of today less "
-                f"{_percent(self.gain_kept, 0)} of what the design brings it"
-            )
+            return f"{_percent(self.gain_kept, 0)} of each vehicle's gain by the design"
         if below is None:
             return "the limit that was stated"
         return f"each vehicle's level of today{f' less {below:g} dB' if below else ''}"
@@ -432,7 +429,9 @@ def _answer(report: Report, study: BoxStudy, certainty: Interval, what: str, run
     report.answer(*_answer_in_words(study, certainty, what))
     needed = ~study.on_bounds & study.effective
     words = np.select(
-        [needed.all(axis=0), needed[0], needed[1]], ["both ends", "from", "to"], "free"
+        [needed.all(axis=0), needed[0], needed[1]],
+        ["both ends", "lower end", "upper end"],
+        "nothing",
     )
     rows = np.flatnonzero(study.effective)
     table = pd.DataFrame(
@@ -477,6 +476,8 @@ def _worth(study: BoxStudy) -> str:
         f"With all parts inside, the {study.response.quantity} changes by {signed(inside, 1)} dB "
         f"on average; by the design itself {signed(design, 1)} dB."
     )
+    if design - inside > NOTICEABLE:
+        return f"{sentence} The box is quieter, as it reaches beyond the design where that helps."
     if inside - design < NOTICEABLE:
         return sentence
     remedy = (
@@ -529,7 +530,7 @@ def _answer_in_words(study: BoxStudy, certainty: Interval, what: str) -> tuple[s
         f"{_percent(float(certainty.lower), 0)} to {_percent(float(certainty.upper), 0)} (90 %). "
         f"Parts are {study.law}. Shares are the model's: what bodies and amplitudes do in cars is "
         "not in them.",
-        f"The limit is {origin}. {abbreviations(study.runs.platform.mounts)}",
+        abbreviations(study.runs.platform.mounts),
     )
 
 

@@ -127,19 +127,21 @@ def _answer(
     aimed = judged[judged["holds"] != ""]
     missed = aimed.loc[aimed["holds"] == "no", "name"]
     held = f"{len(aimed) - len(missed)} of {len(aimed)} targets hold"
+    n_cars, n_peaks = len(result.vehicles), int(road["paired peaks"].sum())
     off = (
-        f"shape {road[CORR_F].median():.1f} % (corr_f), scale {road[CORR_S].median():.1f} % "
-        f"(corr_s) in the median, booming peaks within {road[PEAK].max():.1f} dB"
+        f"{road[CORR_F].median():.1f} % in shape (corr_f) and {road[CORR_S].median():.1f} % in "
+        f"scale (corr_s){', in the median,' if len(road) > 1 else ''} and by up to "
+        f"{road[PEAK].max():.1f} dB at {n_peaks} booming peak{'' if n_peaks == 1 else 's'}"
     )
     report.answer(
         (
-            f"Use the synthesised sound: it is the measured one, {off}; {held}."
+            f"Use the synthesised sound: it differs from the measured one by {off}; {held}."
             if missed.empty
             else f"Look at {len(missed)} missed targets before you use the synthesised sound: "
-            f"{off}; {held}."
+            f"it differs from the measured one by {off}; {held}."
         ),
         "How sure: the thesis reached 5 %, 10 % and 3 dB. All differences are against the "
-        f"microphone of {len(result.vehicles)} driven vehicles.",
+        f"microphone of {n_cars} driven vehicle{'' if n_cars == 1 else 's'}.",
         "What not to trust: "
         + (f"{'; '.join(missed)}. " if len(missed) else "")
         + "Levels in notches, where paths cancel: only peaks are compared.",

@@ -157,9 +157,9 @@ def _answer(report: Report, delivery: Delivery, passed: int, failed: int, open_:
         report.panel(
             "Cars with parts of each batch",
             Table(batches[shown], "", dict.fromkeys(shown[1:], 0)),
-            "Within the noise limit, all other mounts anywhere in the box. The box promises its "
-            "share for parts all over it, not for each batch: this is reported and decides "
-            "nothing.",
+            "Within the noise limit, all other mounts anywhere in the box. The box promises "
+            f"{PERCENT * delivery.demand.share_stated:g} % for parts all over it, not for each "
+            "batch: this is reported and decides nothing.",
         )
     report.panel(
         "What to do next",

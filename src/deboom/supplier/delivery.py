@@ -77,6 +77,11 @@ class Cause:
     upper: float
     reference: float | None
 
+    @property
+    def distance(self) -> float:
+        """How far the stiffness lies outside of the interval, over the reference [1]."""
+        return max(self.lower - self.measured, self.measured - self.upper)
+
     def words(self, language: Language) -> str:
         """Say it in a language."""
         size, digits, unit = 1.0, 3, ""
@@ -195,18 +200,23 @@ class Batch:
         return PartVerdict.undecided
 
     def reason(self, language: Language = Language.en) -> str:
-        """Why it is not passed, and that too few cars keep the limit; empty where all is well."""
+        """Why it is not passed, or that too few cars keep the limit; empty where all is well."""
         words, counts = [], self.counts
         if counts[PartVerdict.failed]:
             n, of = counts[PartVerdict.failed], len(self.parts)
-            words.append(said("parts outside", language, n=n, of=of))
+            outside = [
+                cause for part in self.parts for cause in part.causes if cause.what == "outside"
+            ]
+            furthest = max(outside, key=lambda cause: cause.distance).words(language)
+            words.append(said("parts outside", language, n=n, of=of, furthest=furthest))
         elif counts[PartVerdict.undecided]:
             words.append(said("parts near", language, n=counts[PartVerdict.undecided]))
         elif self.verdict is PartVerdict.undecided and not self.not_normal:
             words.append(said("too few parts", language))
         if self.not_normal:
             words.append(said("not normal", language, axes=", ".join(self.not_normal)))
-        if self.cars is not None and self.cars.within.high < self.share_stated:
+        inside = not counts[PartVerdict.failed]
+        if inside and self.cars is not None and self.cars.within.high < self.share_stated:
             words.append(said("corner", language))
         return "; ".join(words)
 

@@ -123,7 +123,8 @@ def hold(folder, name, like=None):
     first screen of a page that `ten_questions` knows must answer them.
     """
     if answers := ten_questions.PAGES.get(like or name):
-        page = (Path(folder) / "report.html").read_text(encoding="utf-8")
+        page = Path(folder) if Path(folder).is_file() else Path(folder) / "report.html"
+        page = page.read_text(encoding="utf-8")
         assert ten_questions.unanswered(page, answers) == []
     said = pinned_text(Path(folder))
     if like is not None:

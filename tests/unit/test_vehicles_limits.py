@@ -14,6 +14,7 @@ from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import mount_stiffness_matrix, rigid_body_modes
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.idle import IdleRun
 from deboom.vehicles.limits import (
     GRAVITY,
     MeanLevel,
@@ -24,6 +25,7 @@ from deboom.vehicles.limits import (
     ScatteredLevel,
     TorqueTravel,
     WeightSag,
+    mount_price,
 )
 from deboom.vehicles.powertrain import KinematicModel, Powertrain
 
@@ -295,3 +297,27 @@ def test_travel_ends_with_the_measured_curve():
     travelled = travel(factors)[:, 0]
     assert abs(travelled[0]) == pytest.approx(19.0, rel=1e-9)
     assert np.isnan(travelled[1:]).all()
+
+
+def test_travel_at_the_torque_of_idle_is_a_price_where_it_is_asked_for(runs):
+    case = runs.cases[0][0]
+    at = np.arange(3)
+    lines = np.array([7.5, 15.0, 22.5])
+    orders = [
+        replace(each, frequency=lines, values=each.values[at])
+        for each in (case.displacement, case.force)
+    ]
+    idle = replace(case, displacement=orders[0], force=orders[1], engine_torque=np.full(3, 25.0))
+    platform = replace(runs.platform, idle=(IdleRun(idle, 900.0),))
+    both = replace(runs, platform=platform)
+    plain, price = (
+        mount_price(both, Factor.dynamic),
+        mount_price(both, Factor.dynamic, at_idle=True),
+    )
+    assert plain.response_names == mount_price(runs, Factor.dynamic).response_names
+    further = [name for name in price.response_names if name not in plain.response_names]
+    torque = round(25.0 * case.total_ratio)
+    assert further[0] == f"EnM x travel at {torque} N m"
+    values = dict(zip(price.response_names, price(np.ones((1, 12)))[0], strict=True))
+    full = round(float(case.wheel_torque.max()))
+    assert 0.0 < abs(values[further[0]]) < abs(values[f"EnM x travel at {full} N m"])

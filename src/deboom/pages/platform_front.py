@@ -298,7 +298,7 @@ class PlatformFront:
             name: x[: len(self.stiffness_variables)] for name, x in self.front.named_designs.items()
         }
         try:
-            requirements = mount_price(self.runs, self.index.factor)
+            requirements = mount_price(self.runs, self.index.factor, at_idle=True)
             numbers = requirements(np.stack(list(designs.values())))
         except InputError as error:
             return str(error)

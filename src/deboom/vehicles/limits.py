@@ -577,10 +577,12 @@ def limited_response(
     return MeanLevel(index) if quantity is LimitedLevel.mean else PeakLevel(index, band)
 
 
-def mount_price(runs: Runs, factor: Factor) -> MountRequirements:
-    """Return what mounts pay for being quiet: sag, travel at full torque and idle, modes.
+def mount_price(runs: Runs, factor: Factor, *, at_idle: bool = False) -> MountRequirements:
+    """Return what mounts pay for being quiet: sag, travel at full torque, rigid-body modes.
 
     Without a mount library, and so without static curves, only modes.
+
+    - `at_idle`: whether the travel at the torque of each run at idle is told, too.
 
     - raises InputError: no static curve of a direction, no [powertrain], no torque.
     """
@@ -596,7 +598,7 @@ def mount_price(runs: Runs, factor: Factor) -> MountRequirements:
         for piece in (mount.pieces if len(mount.pieces) > 1 else ("",))
     ]
     travel = [f"{place} {axis}" for place in places for axis in "xz"]
-    cases = (case, *(run.case for run in runs.platform.idle))
+    cases = (case, *(run.case for run in runs.platform.idle if at_idle))
     travels = [
         TorqueTravel(model, round(float(each.wheel_torque.max())), tuple(travel), factor)
         for each in cases

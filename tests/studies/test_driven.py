@@ -3,6 +3,7 @@
 import json
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.explore.choices import Pick
 from deboom.files.front_run import ComparedRun
+from deboom.pages.driven import one_sided_sentence
 from deboom.runs.rebuilt import compared_run, supplier_study
 from pinned_pages import hold
 from samples.resolved_truth import scaled_bench
@@ -82,6 +84,24 @@ def test_the_truth_of_the_bench_is_as_predicted(front_run, cars, tmp_path):
     assert summary["n_as_expected"] == 5
     of_vehicles = [summary[f"expected_change_db_{name}"] for name in vehicles["vehicle"]]
     assert vehicles["expected [dB]"].tolist() == pytest.approx(of_vehicles)
+
+
+@pytest.mark.parametrize(
+    ("measured", "words"),
+    [
+        ((-3.1, -2.9), "gained more than expected: their mean of −3.0 dB lies at the interval's"),
+        ((-3.6, -3.4), "gained more than expected: their mean of −3.5 dB lies beyond"),
+        ((-2.5, -2.7), "gained more than expected: their mean of −2.6 dB lies inside"),
+        ((-1.0, -1.2), "gained less than expected: their mean of −1.1 dB lies beyond"),
+        ((-3.1, -1.9), ""),
+    ],
+)
+def test_vehicles_that_all_gained_more_or_less_than_expected_are_told(measured, words):
+    table = pd.DataFrame({"measured change [dB]": measured, "expected [dB]": [-2.4, -2.0]})
+    expected = SimpleNamespace(mean=SimpleNamespace(low=-3.0, high=-1.5))
+    sentence = one_sided_sentence(table, expected)
+    assert words in sentence
+    assert bool(words) == bool(sentence)
 
 
 def test_parts_that_change_nothing_are_not_as_predicted(front_run, cars, tmp_path):

@@ -139,10 +139,9 @@ def _answer(
     near = _near_loudest(loudest, ways)
     way = ""
     if len(near):
-        change = signed(float(near.iloc[0][CUT]), 1)
         way = (
-            f" {str(near.iloc[0]['point']).capitalize()} brings most of it: cut, the level of "
-            f"{near.iloc[0]['band']} changes by {change} dB."
+            f" Without {near.iloc[0]['point']} the level of {near.iloc[0]['band']} changes by "
+            f"{signed(float(near.iloc[0][CUT]), 1)} dB; no other way brings more."
         )
     off = np.abs(peak_deviations(errors, SOFT, without=MODES))
     sure = f"with soft hoses peaks outside 25–35 Hz lie off by {off.max():.1f} dB at most; " * bool(
@@ -153,13 +152,18 @@ def _answer(
         f"The loudest line has {level:.0f} dB(A), at {line:.0f} Hz "
         f"({loudest['speed [rpm]']:.0f} rpm, {loudest['sweep']}), "
         f"{against_hearing(level, line)}.{way}",
-        f"How sure: {sure}all lines of a sweep may lie off together by ± {band:.1f} dB (90 %).",
+        f"How sure: {loudest['measured [dB(A)]']:.1f} dB(A) were measured at that line, "
+        f"{level:.1f} are synthesised; {sure}all lines of a sweep may lie off together by "
+        f"± {band:.1f} dB (90 %).",
         "What not to trust: levels at 90–140 Hz with standard hoses where the hoses were not "
         "measured, and lines near the noise of the microphone, which are hatched.",
     )
     loud = levels.loc[levels.groupby("sweep", sort=False)["synthesised [dB(A)]"].idxmax()]
-    table = loud[["sweep", "speed [rpm]", "frequency [Hz]", "synthesised [dB(A)]"]]
-    report.panel("The loudest line of each sweep", Table(table, "", {"speed [rpm]": 0}), wide=True)
+    table = loud[
+        ["sweep", "speed [rpm]", "frequency [Hz]", "synthesised [dB(A)]", "measured [dB(A)]"]
+    ]
+    decimals = {"speed [rpm]": 0, "frequency [Hz]": 1}
+    report.panel("The loudest line of each sweep", Table(table, "", decimals), wide=True)
     report.panel(
         "What to do next",
         Step("deboom run compressor_front --cars CAR", "the mounts that make cars quiet"),

@@ -26,6 +26,8 @@ DRAWS = 64
 """Repeated measurements that the uncertainty of the prediction is drawn from."""
 STATES = ("today", "new")
 AS_PREDICTED, OTHERWISE, OPEN = "as predicted", "not as predicted", "not decided"
+NEAR = 0.1
+"""Distance from the end of an interval at which a mean lies at its end [dB]."""
 AS_EXPECTED, NOT_AS_EXPECTED = "as expected", "not as expected"
 
 
@@ -77,9 +79,9 @@ def driven_report(
         decided = count
         sure = (
             "A peak is as predicted where measured and predicted change differ by no more than "
-            "both half widths together (95 %)."
+            "the root of the sum of both half widths squared (95 %)."
         )
-    of_vehicles = ""
+    of_vehicles = one_side = ""
     if not isinstance(expected, str):
         verdicts = vehicles["verdict"]
         as_expected = int((verdicts == AS_EXPECTED).sum())
@@ -88,6 +90,7 @@ def driven_report(
             f"{how_many} vehicles changed as expected: {signed(changes[0], 1)} dB measured on "
             f"average, {expected_on_average(expected, changes[1])}. "
         )
+        one_side = one_sided_sentence(vehicles, expected)
         report.number(
             "n_as_expected", as_expected, "", "vehicles that changed as expected", headline="d"
         )
@@ -100,6 +103,7 @@ def driven_report(
         )
     report.answer(
         f"{of_vehicles}{decided} booming peaks changed as predicted: {' '.join(average)}.",
+        one_side,
         certainty_sentence(expected),
         model_sentence(expected, changes[1]),
         sure,
@@ -112,7 +116,8 @@ def driven_report(
         "Measured and predicted change",
         f"{driven}; highest level within {TOLERANCE:g} Hz of each measured peak. Both half widths "
         f"are for 95 %: of the drives by Student's t, of the prediction over {DRAWS} repeats of "
-        "its measurements. A difference within both together is as predicted.",
+        "its measurements. A difference up to the root of the sum of their squares "
+        "is as predicted.",
     )
     report.table("driven", peaks, "Every booming peak with today's parts.")
     report.table("vehicles", vehicles)
@@ -151,6 +156,25 @@ def driven_report(
     return report
 
 
+def one_sided_sentence(vehicles: pd.DataFrame, expected: ExpectedChange) -> str:
+    """Say that all vehicles gained more, or all less, than expected; empty where some did each.
+
+    - `vehicles`: with measured and expected change of each.
+    """
+    difference = vehicles["measured change [dB]"] - vehicles["expected [dB]"]
+    more = bool((difference < 0.0).all())
+    if len(vehicles) < 2 or not (more or (difference > 0.0).all()):
+        return ""
+    mean = float(vehicles["measured change [dB]"].mean())
+    end = float(expected.mean.low if more else expected.mean.high)
+    beyond = end - mean if more else mean - end
+    where = "inside" if beyond < -NEAR else "beyond" if beyond > NEAR else "at"
+    return (
+        f"All {len(vehicles)} vehicles gained {'more' if more else 'less'} than expected: their "
+        f"mean of {signed(mean, 1)} dB lies {where} the interval's end of {signed(end, 1)} dB."
+    )
+
+
 def _panels(
     report: Report, vehicles: pd.DataFrame, peaks: pd.DataFrame, *, run: Path, folder: Path
 ) -> None:
@@ -165,7 +189,8 @@ def _panels(
     )
     shown = ["vehicle", "frequency [Hz]", "measured change [dB]", "± measured [dB]"]
     shown += ["predicted change [dB]", "± predicted [dB]", "verdict"]
-    decimals = {name: 1 for name in shown if name.endswith("[dB]")} | {"frequency [Hz]": 0}
+    # a verdict rests on hundredths
+    decimals = {name: 2 for name in shown if name.endswith("[dB]")} | {"frequency [Hz]": 0}
     report.panel("Each booming peak", Table(peaks[shown], "", decimals), wide=True)
     run_of = run.as_posix()
     again = f"deboom driven {run_of} {folder.as_posix()}"

@@ -558,8 +558,8 @@ def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
         f"its own best-mean, of which {mine} motion expects {signed(real, 1)} dB; the best-mean of "
         f"{mine} motion brings {signed(gain, 1)} dB. Both rank designs alike (correlation "
         f"{at_least(float(same['correlation [1]'].min()), 3)} or more), and prescribed motion "
-        "expects "
-        f"{PERCENT / same['slope [1]'].max():.0f} to {PERCENT / same['slope [1]'].min():.0f} % of "
+        f"expects {PERCENT / same['slope [1]'].max():.0f} to "
+        f"{PERCENT / same['slope [1]'].min():.0f} % of "
         "each change: it neglects that a softer mount changes the motion of the powertrain.",
         folded=True,
     )

@@ -76,7 +76,7 @@ def test_a_page_with_sliders_has_the_ears_and_names_the_vibrations_that_it_leave
 def test_weights_of_ears_are_told_without_those_of_vibrations(view):
     model, robust = view.index, view.front.robust
     weighted = deboom.Robust(model, robust.space, robust.sample, weights=[2.0, 1.0, 0.0, 0.0])
-    fleet = FleetFront(replace(view.front, robust=weighted))
+    fleet = FleetFront(replace(view.front, robust=weighted), view.load_case.order)
     assert weights_sentence(fleet).endswith("the weights are U06-1 2, every other one 1. ")
     assert float(fleet.mean(np.array([3.0, 0.0]))) == pytest.approx(2.0)
 
@@ -102,7 +102,7 @@ def test_a_check_names_receivers_and_takes_the_level_of_ears(view):
 
 def test_the_shade_of_the_loudest_ear_is_about_its_own_curve(view):
     # an ear that is not the first response: the driver's is not asked for
-    fleet = FleetFront(view.front)
+    fleet = FleetFront(view.front, view.load_case.order)
     vars(fleet)["ears"] = np.array([1])
     report = Report("title", "question")
     report.answer("verdict")

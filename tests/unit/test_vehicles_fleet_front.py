@@ -27,7 +27,7 @@ def fleet():
     model = deboom.ResponseFunction(lambda x: 50.0 + 10.0 * x, ("k",), ("a",), "dB(A)")
     robust = deboom.Robust(model, model.design_space(bounds=0.2, tolerance=0.15), draws=16)
     front = deboom.search(robust, generations=2, population=8, seed=1)
-    return FleetFront(front)
+    return FleetFront(front, order=2.0)
 
 
 def test_the_cars_are_those_of_all_draws_that_verify_and_today_is_as_drawn(fleet):
@@ -83,7 +83,7 @@ def test_none_louder_makes_no_peak_louder():
     assert limited(np.array([[0.8, 1.1]])) == pytest.approx(2.0)
     told = robust.limits.closest(np.array([[2.0]]))
     assert f"'{limited.response_names[0]} at most 0 dB' (--peak-rise 0) by 2 dB" in told
-    without = FleetFront(front).front.picks
+    without = FleetFront(front, order=2.0).front.picks
     assert without["best-mean"] == heard.front.picks["best-mean"]
 
 
@@ -98,7 +98,7 @@ def test_means_of_some_vehicles_are_weighted_among_these():
     ):
         robust = deboom.Robust(model, model.design_space(), draws=16, weights=weights)
         front = deboom.search(robust, generations=1, population=4, verified_with=16, polish=False)
-        fleet = FleetFront(front)
+        fleet = FleetFront(front, order=2.0)
         np.testing.assert_allclose(fleet.mean(levels), whole, rtol=1e-14)
         np.testing.assert_allclose(fleet.mean(levels, [0, 1, 2]), first_three, rtol=1e-14)
         np.testing.assert_allclose(fleet.mean(levels, [0, 1]), first_two, rtol=1e-14)
@@ -133,7 +133,9 @@ def test_the_first_screen_shows_the_vehicles_that_gain_least_and_the_mean_of_all
     space = deboom.DesignSpace(("k",), ("1",), *np.array([[1.0], [0.8], [1.2], [0.1]]))
     robust = deboom.Robust(model, space, draws=16)
     front = deboom.search(robust, generations=1, population=4, verified_with=16, polish=False)
-    table = vehicle_table(FleetFront(front), np.array([0.8]), target=np.full(slopes.size, 60.0))
+    table = vehicle_table(
+        FleetFront(front, order=2.0), np.array([0.8]), target=np.full(slopes.size, 60.0)
+    )
     assert list(table["vehicle"]) == [*model.response_names[beyond:], "mean"]
     change = table["change [dB]"].to_numpy()
     # the mean of few draws of the factor is not quite the factor

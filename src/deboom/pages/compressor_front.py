@@ -89,7 +89,7 @@ class MountFront:
     @cached_property
     def fleet(self) -> FleetFront:
         """Levels and peaks of the first order of the rotor; what nobody hears counts no less."""
-        return FleetFront(self.front, audible=True)
+        return FleetFront(self.front, order=1.0, audible=True)
 
     @property
     def best(self) -> RealArray:

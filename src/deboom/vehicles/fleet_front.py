@@ -148,7 +148,7 @@ class FleetFront:
     """
 
     front: Front
-    order: float = 1.0
+    order: float
     audible: bool = False
 
     @classmethod

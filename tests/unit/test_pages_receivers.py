@@ -261,6 +261,7 @@ def test_an_expected_change_has_all_receivers_and_means_of_ears(two_cars, monkey
     ears = [0, 1, 4, 5]
     assert every.cars.expected.shape == (8,)
     assert np.all(every.cars.low < every.cars.high)
+    assert np.flatnonzero(np.isfinite(every.peaks.low)).tolist() == ears
     assert every.mean.expected == pytest.approx(
         np.average(every.cars.expected[ears], weights=weights[ears]), rel=1e-9
     )

@@ -259,13 +259,15 @@ def expected_on_average(expected: ExpectedChange | str, predicted: float) -> str
 def _loudest_line(expected: ExpectedChange) -> str:
     """Say what the loudest line may do; how much it is expected to, receptances alone tell."""
     peaks, each = expected.peaks, " for each" * (len(expected.predicted) > 1)
-    bounds = Interval(peaks.expected, peaks.low.min(), peaks.high.max())
+    bounds = Interval(
+        peaks.expected, np.asarray(np.nanmin(peaks.low)), np.asarray(np.nanmax(peaks.high))
+    )
     if expected.information is not Information.receptances:
         return (
             f"The loudest line of a car may change by {_ends(bounds)} dB "
             f"({PERCENT * SHARE:.0f} %{each})"
         )
-    changes = {signed(float(end(peaks.expected)), 1): None for end in (np.min, np.max)}
+    changes = {signed(float(end(peaks.expected)), 1): None for end in (np.nanmin, np.nanmax)}
     return (
         f"The loudest line of a car is expected to change by {' to '.join(changes)} dB "
         f"({_ends(bounds)}, {PERCENT * SHARE:.0f} %{each})"

@@ -86,7 +86,8 @@ class ExpectedChange:
       pick, (n, v) [dB].
     - `mean`, `worst`: mean of the ears, and the ear that gains least, (n,) [dB].
     - `peaks`: loudest line of the first load case, in each vehicle, (n, v) [dB]. Without
-      receptances its expected value says little: state the bounds alone.
+      receptances its expected value says little: state the bounds alone. Nothing is expected of
+      vibrations, whose bounds would hold too few: nan.
     - `predicted`: `cars` as the model of the data has it, (n, v) [dB].
     - `with_points`: width that the intervals of ears are expected to have with driving points, over
       that in `cars`, (n,) [1]; nan where more than nothing is known of bodies.
@@ -254,14 +255,23 @@ def stated(draws: ChangeDraws, weights: RealArray | None = None) -> ExpectedChan
         cars=cars,
         mean=interval(of_model[0], of_draws[0], prior.CENTRE[key], prior.MEAN_WIDTH[key]),
         worst=interval(of_model[1], of_draws[1], prior.CENTRE[key], prior.WORST_WIDTH[key]),
-        peaks=interval(
-            draws.predicted_peak, draws.drawn_peak, prior.PEAK_CENTRE, prior.PEAK_WIDTH[key]
+        peaks=_of_ears(
+            interval(
+                draws.predicted_peak, draws.drawn_peak, prior.PEAK_CENTRE, prior.PEAK_WIDTH[key]
+            ),
+            ears,
         ),
         predicted=draws.predicted,
         with_points=np.mean(widths[1:], axis=0) / widths[0]
         if struck
         else np.full(len(widths[0]), np.nan),
     )
+
+
+def _of_ears(interval: Interval, ears: IntArray) -> Interval:
+    """Return an interval (n, v) with nan for what is no ear."""
+    heard = np.isin(np.arange(interval.expected.shape[-1]), ears)
+    return Interval(*(np.where(heard, values, np.nan) for values in vars(interval).values()))
 
 
 def fleet_statistics(

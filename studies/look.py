@@ -22,6 +22,7 @@ from typing import Annotated
 from typer import Argument, Option
 
 from deboom.errors import InputError
+from deboom.files.platform import platform_folder
 from deboom.pages.look import look_report
 from deboom.pages.look_files import look_files_report
 from deboom.report import Report
@@ -34,7 +35,8 @@ class Options:
     """What is shown."""
 
     source: Annotated[
-        list[Path], Argument(help="Folder of any kind that `deboom new` writes, or files.")
+        list[Path],
+        Argument(help="Folder of any kind that `deboom new` writes, u06, or files."),
     ]
     tacho: Annotated[
         str, Option(help="Channel of the files that gives the speed: pulses, or 1/min.")
@@ -46,12 +48,13 @@ class Options:
 
 def prepare(options: Options) -> list[Path]:
     """Take one folder, or files."""
-    folders = [path for path in options.source if path.is_dir()]
-    if folders and len(options.source) > 1:
+    sources = [platform_folder(path) for path in options.source]
+    folders = [path for path in sources if path.is_dir()]
+    if folders and len(sources) > 1:
         raise InputError(f"{folders[0]} is a folder: look at one folder, or at files")
     if folders and options.tacho:
         raise InputError(f"--tacho is for files; the runs of {folders[0]} state theirs")
-    return options.source
+    return sources
 
 
 def run(sources: list[Path], options: Options) -> Report:

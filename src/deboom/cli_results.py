@@ -340,7 +340,11 @@ def new(
 
 def check(
     folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="Folder of any kind that `deboom new` writes.")
+        Path,
+        typer.Argument(
+            metavar="FOLDER",
+            help="Folder of any kind that `deboom new` writes, or u06, the demonstration.",
+        ),
     ],
 ) -> None:
     """List what is missing or wrong in a folder of measurements, or show what was read.
@@ -352,8 +356,9 @@ def check(
     what was read, such as mounts, vehicles, lines and runs; the exit code is 0.
     """
     from deboom.files.check import check_folder
+    from deboom.files.platform import platform_folder
 
-    faults, waiting, summary = check_folder(folder)
+    faults, waiting, summary = check_folder(platform_folder(folder))
     for number, fault in enumerate(faults, 1):
         typer.echo(f"{number:3}  {fault}", err=True)
     if faults:

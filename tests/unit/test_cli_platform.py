@@ -508,3 +508,7 @@ def test_data_that_miss_an_edge_by_less_than_a_line_keep_the_band(shipped, lines
     assert bool(words) == (band != (20.0, 60.0))
     if words:
         assert f"from {band[0]:g} to {band[1]:g} Hz instead of the usual 20 to 60 Hz" in words
+
+
+def test_the_demonstration_is_checked_by_its_name():
+    assert "5 in group U06: U06-1" in call("check", "u06").stdout

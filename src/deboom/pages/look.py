@@ -42,13 +42,11 @@ from deboom.pages.look_pictures import (
     HIGHEST_HZ,
     RECIPROCITY_CAPTION,
     matrix_section,
+    panels_section,
     show_signals,
 )
 from deboom.plot import CurvePanel
 from deboom.report import Report, Step
-
-MOST_PANELS = 24
-"""Panels of a picture; of more channels, impacts or paths the first ones are drawn."""
 
 
 def look_report(folder: Path) -> Report:
@@ -155,7 +153,7 @@ def _platform(report: Report, folder: Path) -> Sequence[Path]:
                 logarithmic=True,
             )
         )
-    _section(
+    panels_section(
         report,
         "Functions",
         "noise_transfer",
@@ -165,7 +163,7 @@ def _platform(report: Report, folder: Path) -> Sequence[Path]:
     )
     for quantity, unit in (("force", "N"), ("displacement", "m")):
         spectra = {case.name: getattr(case, quantity) for case in platform.load_cases}
-        _section(
+        panels_section(
             report,
             f"Orders: {quantity}",
             f"operating_{quantity}",
@@ -186,7 +184,7 @@ def _campaign(report: Report, folder: Path) -> Sequence[Path]:
         ("Orders: accelerations", "accelerations", run.acceleration, "acceleration, peak [m/s²]"),
         ("Orders: forces below the mounts", "cell_forces", run.cell_force, "force, peak [N]"),
     ):
-        _section(
+        panels_section(
             report,
             title,
             stem,
@@ -221,7 +219,7 @@ def _vehicle(report: Report, folder: Path) -> Sequence[Path]:
         curves = dict(zip(names, sizes.T, strict=True))
         panels.append(CurvePanel(point, vehicle.direct.frequency, curves, logarithmic=True))
         column += len(blows)
-    _section(
+    panels_section(
         report,
         "Functions",
         "noise_transfer",
@@ -230,7 +228,7 @@ def _vehicle(report: Report, folder: Path) -> Sequence[Path]:
         y_label="pressure over force [Pa/N]",
     )
     if vehicle.runs:
-        _section(
+        panels_section(
             report,
             "Orders",
             "run_pressure",
@@ -274,7 +272,7 @@ def _functions(report: Report, frf: Frf, coherence: RealArray | None, label: str
         CurvePanel(name, frf.frequency, {"all channels": sizes[:, n]}, logarithmic=True)
         for n, name in enumerate(frf.inputs)
     ]
-    _section(
+    panels_section(
         report,
         "Functions",
         "functions",
@@ -296,7 +294,7 @@ def _functions(report: Report, frf: Frf, coherence: RealArray | None, label: str
             )
             for n, name in enumerate(frf.inputs)
         ]
-        _section(
+        panels_section(
             report,
             "Coherence",
             "coherence",
@@ -370,7 +368,7 @@ def _hammer(report: Report, folder: Path) -> Sequence[Path]:
         shown = slice(max(first - 20, 0), first + 60)
         curves = {f"hit {n}": force[shown] for n, force in enumerate(measurement.force, 1)}
         panels.append(CurvePanel(measurement.impact, time[shown], curves))
-    _section(
+    panels_section(
         report,
         "Blows",
         "blows",
@@ -401,7 +399,7 @@ def _operation(report: Report, folder: Path) -> Sequence[Path]:
 
 def _swept(report: Report, test: OperatingTest) -> None:
     for number, sweep in enumerate(test.sweeps, 1):
-        _section(
+        panels_section(
             report,
             f"Orders: sweep {sweep.name}",
             f"sweep_{number}",
@@ -420,7 +418,7 @@ def _car(report: Report, folder: Path) -> Sequence[Path]:
         CurvePanel(name, frf.frequency, {car.ear: np.abs(frf.values[:, 0, n])}, logarithmic=True)
         for n, name in enumerate(frf.inputs)
     ]
-    _section(
+    panels_section(
         report,
         "Functions of the body",
         "body_pressure",
@@ -449,7 +447,7 @@ def _component(report: Report, folder: Path) -> Sequence[Path]:
         )
         for n, name in enumerate(frf.inputs)
     ]
-    _section(
+    panels_section(
         report,
         "Functions to the ears",
         "ear_pressure",
@@ -458,7 +456,7 @@ def _component(report: Report, folder: Path) -> Sequence[Path]:
         y_label="pressure over force [Pa/N]",
     )
     for number, run in enumerate(test.runs, 1):
-        _section(
+        panels_section(
             report,
             f"Run {run.name}: accelerations",
             f"run_{number}",
@@ -468,7 +466,7 @@ def _component(report: Report, folder: Path) -> Sequence[Path]:
             y_label="acceleration, peak [m/s²]",
             order=run.order or None,
         )
-    _section(
+    panels_section(
         report,
         "Runs: pressures",
         "run_pressure",
@@ -502,37 +500,6 @@ _DRAWN: Mapping[FolderKind, Callable[[Report, Path], Sequence[Path]]] = {
     FolderKind.car: _car,
     FolderKind.component: _component,
 }
-
-
-def _section(
-    report: Report,
-    title: str,
-    stem: str,
-    panels: Sequence[CurvePanel],
-    caption: str,
-    *,
-    y_label: str,
-    x_label: str = "frequency [Hz]",
-    order: float | None = None,
-    share_y: bool = False,
-) -> None:
-    """Show panels of curves in a section of their own."""
-    left = len(panels) - MOST_PANELS
-    more = f" The first {MOST_PANELS} of {len(panels)} are drawn." if left > 0 else ""
-    report.section(title)
-    report.figure(
-        stem,
-        partial(
-            plot.curve_panels,
-            panels[:MOST_PANELS],
-            x_label=x_label,
-            y_label=y_label,
-            columns=3,
-            order=order,
-            share_y=share_y,
-        ),
-        f"{caption}{more}",
-    )
 
 
 def _panels_of(spectra: Mapping[str, Spectrum]) -> list[CurvePanel]:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from deboom import plot
 from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.errors import InputError, listed
 from deboom.files.curves import Curve, CurveKind, read_curves
@@ -23,14 +21,13 @@ from deboom.names import look_alikes
 from deboom.pages.look_pictures import (
     RECIPROCITY_CAPTION,
     matrix_section,
+    panels_section,
     show_signals,
     stems,
 )
 from deboom.plot import CurvePanel
 from deboom.report import Report, Step
 
-MOST_PANELS = 24
-"""Panels of a picture; of more functions the first ones are drawn."""
 _QUANTITIES = {"m/s^2": "acceleration", "N": "force", "Pa": "sound pressure", "m/s": "velocity"}
 
 
@@ -126,14 +123,15 @@ def _functions(report: Report, files: Mapping[str, Sequence[Curve]]) -> None:
                 abscissa = of_file[lines[0]].abscissa[kept]
                 shown = {file: each[kept] for file, each in size.items()}
                 panels.append(CurvePanel(name, abscissa, shown, logarithmic=True))
-    _panels(
-        report,
-        "Functions",
-        "functions",
-        panels,
-        "Magnitudes of functions, by name and unit, a curve for each file.",
-        y_label="magnitude",
-    )
+    if panels:
+        panels_section(
+            report,
+            "Functions",
+            "functions",
+            panels,
+            "Magnitudes of functions, by name and unit, a curve for each file.",
+            y_label="magnitude",
+        )
     _differences(report, by_name)
 
 
@@ -326,21 +324,3 @@ def _loudness(report: Report, files: Mapping[str, Sequence[Curve]]) -> None:
             "and Weber, both by MoSQITo. Below 22 Hz ISO 532-1 hears nothing.",
             {columns[2]: 1, columns[3]: 2},
         )
-
-
-def _panels(
-    report: Report,
-    title: str,
-    stem: str,
-    panels: Sequence[CurvePanel],
-    caption: str,
-    *,
-    y_label: str,
-) -> None:
-    if not panels:
-        return
-    left = len(panels) - MOST_PANELS
-    more = f" The first {MOST_PANELS} of {len(panels)} are drawn." if left > 0 else ""
-    report.section(title)
-    drawing = partial(plot.curve_panels, panels[:MOST_PANELS], y_label=y_label, columns=3)
-    report.figure(stem, drawing, f"{caption}{more}")

@@ -17,6 +17,8 @@ from deboom.physics.sound_level import REFERENCE_PRESSURE
 from deboom.plot import CurvePanel, HeatMap, PointMap
 from deboom.report import Report
 
+MOST_PANELS = 24
+"""Panels of a picture; of more channels, impacts or paths the first ones are drawn."""
 HIGHEST_HZ = 200.0
 """Highest line of a Campbell diagram, and upper edge of the third octaves [Hz]."""
 STRONGEST = 5
@@ -31,6 +33,37 @@ RECIPROCITY_CAPTION = (
     "other sign. Wide white rows and columns point to a sensor or a point that was struck."
 )
 _FLOOR = 1e-12
+
+
+def panels_section(
+    report: Report,
+    title: str,
+    stem: str,
+    panels: Sequence[CurvePanel],
+    caption: str,
+    *,
+    y_label: str,
+    x_label: str = "frequency [Hz]",
+    order: float | None = None,
+    share_y: bool = False,
+) -> None:
+    """Show panels of curves in a section; of many the first `MOST_PANELS`."""
+    left = len(panels) - MOST_PANELS
+    more = f" The first {MOST_PANELS} of {len(panels)} are drawn." if left > 0 else ""
+    report.section(title)
+    report.figure(
+        stem,
+        partial(
+            plot.curve_panels,
+            panels[:MOST_PANELS],
+            x_label=x_label,
+            y_label=y_label,
+            columns=3,
+            order=order,
+            share_y=share_y,
+        ),
+        f"{caption}{more}",
+    )
 
 
 def show_signals(

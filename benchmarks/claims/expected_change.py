@@ -12,9 +12,10 @@ bootstrap over platforms. Seats and wheels are those of the same platforms, with
 width factors that were tuned on ears. Noise is that of runs and functions from line to line; places
 and calibrations err as always.
 
-Light bodies of which nothing is known are the weakest: 79 % are held in 40 platforms of them, and a
-third more is expected than they bring (decisions.md has all 318 judged platforms). The scores asked
-over those of the former constants are missed in each state; refitted, these constants score worse.
+Light bodies of which nothing is known are the weakest: 79 % are held in 40 platforms of them (the
+table has eight), and a third more is expected than they bring (decisions.md has all 318 judged
+platforms). The scores asked over those of the former constants are missed in each state;
+refitted, these constants score worse.
 """
 
 from __future__ import annotations

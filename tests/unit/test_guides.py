@@ -499,7 +499,7 @@ def test_every_number_of_a_table_stands_on_the_page_that_it_shows(section, page)
 
 PROSE = [
     (r"all bands give −([\d.]+) dB", "supplier_sheet"),
-    (r"but only (\d+) % of the cars", "accept"),
+    (r"and only (\d+) % of the cars", "accept"),
     (r"may be as low as (\d+) % for K3", "accept"),
     (r"share of (\d+) parts that the search has not seen", "solution_box"),
 ]

@@ -19,7 +19,7 @@ PAGE = validate.PAGE.read_text(encoding="utf-8")
 def test_the_page_is_what_the_command_writes_and_marks_what_is_older():
     assert validate.marked(PAGE) == PAGE, "run: python benchmarks/validate.py --mark"
     plain, top, *sections = PAGE.split("\n## ")[1:]
-    for text, bars in ((plain, 3), (top, 6), *((section, 5) for section in sections)):
+    for text, bars in ((plain, 4), (top, 6), *((section, 5) for section in sections)):
         rows = [line for line in text.splitlines() if line.startswith("|")]
         assert rows
         assert [row for row in rows if len(re.findall(r"(?<!\\)\|", row)) != bars] == []
@@ -38,14 +38,23 @@ def test_the_page_begins_with_what_holds_and_what_does_not():
     assert sum(int(held) for held, _, _, _ in counts) == sum(row[3] for row in claims)
     assert sum(int(without or 0) for *_, without in counts) == len(rows) - len(claims) > 30
     assert all(bool(missed.strip()) == (held != every) for held, every, missed, _ in counts)
+    held = sum(row[3] for row in claims)
+    total = (f"{held} of {len(claims)}", len(claims) - held, len(rows) - len(claims))
+    assert "| **all** | {} | {} | {} |  |".format(*total) in top
 
 
-def test_ten_numbers_in_plain_words_are_those_of_their_claims():
-    rows = validate.plain_rows(PAGE)
-    assert len(rows) == len(validate.PLAIN) == 10
+def test_a_row_without_a_claim_has_no_verdict():
+    text = validate.section_text("bench", [Claim("a", "no claim", "0.5", True)], 2.0)
+    assert "| a | no claim | 0.5 |  |" in text
+    assert validate.claims_of(text) == [("a", "no claim", "0.5", True)]
+
+
+def test_numbers_in_plain_words_are_those_of_their_claims():
+    rows = validate.plain_rows(PAGE, {})
+    assert len(rows) == len(validate.PLAIN)
     by_sentence = {sentence: begin for sentence, begin in validate.PLAIN}
     for row in rows:
-        sentence, number = (cell.strip() for cell in row.split("|")[1:-1])
+        sentence, number, _ = (cell.strip() for cell in row.split("|")[1:-1])
         (measured, *_) = [
             figure for claim, _, figure, _ in validate.claims_of(PAGE)
             if claim.startswith(by_sentence[sentence])
@@ -53,6 +62,21 @@ def test_ten_numbers_in_plain_words_are_those_of_their_claims():
         assert measured.startswith(number)
         assert float(number) > 0
     assert len(validate.coverages(PAGE)) > 20
+
+
+def test_the_picture_has_the_kind_of_cars_whose_intervals_hold_least():
+    (least,) = [
+        float(figure.split()[0])
+        for claim, _, figure, _ in validate.claims_of(PAGE)
+        if claim.startswith("bodies unknown: held in the family")
+    ]
+    assert (90.0, least) in validate.coverages(PAGE)
+
+
+def test_a_number_in_plain_words_says_that_it_is_of_older_code():
+    sections = "| true error, 3 cylinders, EnM z | 2 | 1.6 | yes |"
+    (row,) = validate.plain_rows(sections, {"true error, 3 cylinders, EnM z": "All mounts"})
+    assert row.endswith("| 1.6 | [of older code](#all-mounts) |")
 
 
 @pytest.fixture

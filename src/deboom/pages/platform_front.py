@@ -218,7 +218,7 @@ class PlatformFront:
         first, last = self.fleet.frequency[[0, -1]]
         return (
             f"the mean |K| in operation, {self.load_case.title}, {first:g}–{last:g} Hz; the "
-            "supplier's sheet has the same factors at the state of its test"
+            "supplier's sheet has N/mm at the state of its test; with a box it states its own band"
         )
 
     @cached_property

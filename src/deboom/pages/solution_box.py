@@ -561,7 +561,7 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
             plot.Intervals("acceptance box", box.lower, box.upper),
             plot.Intervals(f"±{PERCENT * study.tolerance:g} %", plain.lower, plain.upper),
             plot.Intervals("bounds", question.lower, question.upper),
-            study.point,
+            study.freedom.with_todays_parts(study.point),
             study.reference_stiffness * N_PER_MM,
             [not effective for effective in study.effective],
             mount_colours([mount.name for mount in study.runs.platform.mounts]),

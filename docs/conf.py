@@ -182,10 +182,21 @@ def link_page(app: Any, name: str, source: list[str]) -> None:
         source[0] = linked(source[0], "[{name}](#{label})")
 
 
+OF_CODE = re.compile(r"`(?P<module>deboom(?:\.\w+)*)\.(?P<name>\w+)\(\)`")
+
+
+def _link_of_code(match: re.Match[str]) -> str:
+    """Link a function to its page, which has the short name where `import deboom` exports it."""
+    module, name = match["module"], match["name"]
+    exported = getattr(deboom, name, None)
+    page = "deboom" if getattr(exported, "__module__", None) == module else module
+    return f"{{py:obj}}`{module}.{name}() <{page}.{name}>`"
+
+
 def write_from_code(_app: Any, name: str, source: list[str]) -> None:
     """Write what pages take from the code, and the addresses of source and issues."""
     if name == "from-folder-to-page":
-        source[0] = source[0].replace("% types on the path", table())
+        source[0] = OF_CODE.sub(_link_of_code, source[0]).replace("% types on the path", table())
     if name == "summary-keys":
         source[0] = source[0].replace("% keys of summaries", keys_of_summaries())
     source[0] = source[0].replace("% addresses", address_line())
@@ -196,10 +207,7 @@ def write_from_code(_app: Any, name: str, source: list[str]) -> None:
 def address_line() -> str:
     """Say where source and issues are, or where a fork states them."""
     if not ADDRESSES:
-        return (
-            "Source and issues are at the address that you have deboom from. A fork states its own "
-            "in `[project.urls]` of `pyproject.toml`, and this line shows it."
-        )
+        return "Source and issues are at the address that you have deboom from."
     return "Addresses: " + ", ".join(f"[{name}]({url})" for name, url in ADDRESSES.items()) + "."
 
 

@@ -64,7 +64,9 @@ def show(
 
 
 def report(
-    run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
+    run: Annotated[
+        Path, typer.Argument(help="Folder of a finished run: a front, sensitivity or correlation.")
+    ],
     supplier: Annotated[
         bool, typer.Option("--supplier", help="Write sheets that a supplier can quote and sign.")
     ] = False,

@@ -40,14 +40,15 @@ SLOW = {
     FOR_THEMSELVES: "writes a folder of each kind as the virtual bench measures it",
     "docs/guides/seats-and-idle.md": "writes and reads fifteen cars with receivers and idle",
     "docs/guides/compressors.md": "measures, identifies and searches compressors",
+    "docs/guides/from-bench-to-front.md": "characterises a campaign twice, and writes a platform",
 }
 TYPED = [
     pytest.param(page, marks=[pytest.mark.slow(SLOW[key]) for key in SLOW if page.startswith(key)])
     for page, blocks in BLOCKS.items()
     if any(kind == "sh" for kind, _ in blocks)
 ]
-WITH_PYTHON = ["docs/guides/from-modefrontier.md"]
-"""Pages whose commands need what their Python has written."""
+WITH_PYTHON = ["docs/guides/from-modefrontier.md", "docs/guides/from-bench-to-front.md"]
+"""Pages whose Python and commands need what the other has written."""
 EXIT_CODE = re.compile(r"# exit code (\d)")
 FOR_SUPPLIERS = ("docs/guides/for-mount-suppliers.md", "docs/guides/fuer-lagerlieferanten.md")
 OF_THE_CUSTOMER = dict.fromkeys(

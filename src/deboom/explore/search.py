@@ -94,9 +94,9 @@ class RobustProblem(Problem):
 
     A failed design is infeasible (``G > 0``), so that it never beats one that could be computed.
     Whole-number variables are rounded to their options, in the individuals as well.
-    After it come the limits of the response, if it has any, each relative to its bound. The columns
-    ``mean``, ``sigma``, ``standard_error_mean_sum`` and ``standard_error_sigma_sum`` travel with
-    each individual: ``res.pop.get("sigma")`` has shape (n, r).
+    ``G`` has this constraint first, then the limits of the response, each relative to its bound.
+    The columns ``mean``, ``sigma``, ``standard_error_mean_sum`` and ``standard_error_sigma_sum``
+    travel with each individual: ``res.pop.get("sigma")`` has shape (n, r).
 
     Parameters
     ----------

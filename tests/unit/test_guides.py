@@ -295,7 +295,7 @@ ONE_MORE = {
     "An end of the search",
     "Progress as a line",
     "A search that may be interrupted",
-    "A Dask cluster:",
+    "A Dask cluster",
 }
 """Tasks that take one line more, beside the call that gets another argument."""
 
